@@ -1,5 +1,6 @@
 //! Readers of scenarios: the TOML, what replaces its settings, the tables that it names.
 
+use osm_signals::DrivingSide;
 use tsc_family::family::MdpFamily;
 use tsc_family::family::error::FamilyError;
 use tsc_family::settings::overrides::Override;
@@ -72,7 +73,7 @@ pub(crate) fn turning_counts(bytes: &[u8]) {
     let table = read_uncounted(JUNCTIONS, "table.csv").expect("the table is in order");
     let period = "am=06:00-10:00,500".parse().expect("a period");
     for periods in [vec![], vec![period]] {
-        if let Ok(joined) = counts.into_approaches(&table, &periods) {
+        if let Ok(joined) = counts.into_approaches(&table, &periods, DrivingSide::Right) {
             simulated(joined.approaches);
         }
     }

@@ -183,6 +183,13 @@ impl SignalList {
             };
             return Err(table.nothing(&reason));
         }
+        if list
+            .signals
+            .iter()
+            .all(|signal| (signal.place.latitude_e7, signal.place.longitude_e7) == (0, 0))
+        {
+            return Err(table.nothing(&at.without_places(&table)));
+        }
         let kinds = found.into_iter().filter_map(|(c, values)| doubt(table.name(c), &values));
         list.doubts = kinds.collect();
         list.doubts.extend(part_controllers(&mut list.signals));
@@ -216,6 +223,22 @@ impl At {
                     .map_err(|reason| table.error(row.line, reason)),
             },
         }
+    }
+
+    /// Returns what is wrong with a list of which no row has a place.
+    fn without_places(&self, table: &Table<'_>) -> String {
+        let name = |column: usize| brief(table.name(column));
+        let (read, settings) = match *self {
+            Self::Degrees(latitude, longitude) => (
+                format!("columns {} and {}", name(latitude), name(longitude)),
+                "`latitude` and `longitude`",
+            ),
+            Self::Text(column) => (format!("column {}", name(column)), "`point`"),
+        };
+        format!(
+            "no row has a place in the {read}; fill them in, or name other columns ({settings} in [signals] of the \
+             settings)"
+        )
     }
 }
 

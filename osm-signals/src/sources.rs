@@ -37,6 +37,8 @@ pub struct Source<'a> {
     pub bytes: Cow<'a, [u8]>,
     /// What a row is called, and what its number in the file is more than its line in the text.
     pub rows: (&'static str, i64),
+    /// Name of the sheet; empty for what is no workbook.
+    pub sheet: String,
 }
 
 impl<'a> Source<'a> {
@@ -73,11 +75,11 @@ impl<'a> Source<'a> {
         if is_json || bytes.starts_with(b"\xEF\xBB\xBF{") {
             return Ok(vec![points(bytes, path)?]);
         }
-        Ok(vec![Self { bytes: Cow::Borrowed(bytes), rows: ("line", 0) }])
+        Ok(vec![Self { bytes: Cow::Borrowed(bytes), rows: ("line", 0), sheet: String::new() }])
     }
 
     fn owned(self) -> Source<'static> {
-        Source { bytes: Cow::Owned(self.bytes.into_owned()), rows: self.rows }
+        Source { bytes: Cow::Owned(self.bytes.into_owned()), rows: self.rows, sheet: self.sheet }
     }
 }
 
@@ -159,6 +161,7 @@ where
         sheets.push(Source {
             bytes: Cow::Owned(csv(rows).into_bytes()),
             rows: ("row", i64::from(first)),
+            sheet: name,
         });
     }
     if sheets.is_empty() {
@@ -170,8 +173,20 @@ where
 fn cell(data: &Data) -> String {
     match data {
         Data::Empty | Data::Error(_) => String::new(),
+        Data::DurationIso(duration) => clock_time(duration).unwrap_or_else(|| duration.clone()),
         other => other.to_string(),
     }
+}
+
+/// Returns a time of day as `07:15:00`, which OpenDocument has as the duration `PT07H15M00S` since midnight.
+fn clock_time(duration: &str) -> Option<String> {
+    let (hours, rest) = duration.strip_prefix("PT")?.split_once('H')?;
+    let (minutes, rest) = rest.split_once('M')?;
+    let seconds = rest.strip_suffix('S')?.split('.').next()?;
+    let numbers: Option<Vec<u32>> =
+        [hours, minutes, seconds].iter().map(|number| number.parse().ok()).collect();
+    let [hours, minutes, seconds] = numbers?[..] else { return None };
+    Some(format!("{hours:02}:{minutes:02}:{seconds:02}"))
 }
 
 /// Reads GeoJSON points.
@@ -208,7 +223,7 @@ fn points(bytes: &[u8], path: &Path) -> Result<Source<'static>, OsmError> {
         let fields = columns.iter().map(|c| properties.get(c).map_or_else(String::new, value));
         rows.push(with_place(fields.collect(), place));
     }
-    Ok(Source { bytes: Cow::Owned(csv(rows.into_iter()).into_bytes()), rows: ("feature", -1) })
+    Ok(of_features(rows))
 }
 
 fn written(position: &Position) -> [String; 2] {
@@ -267,7 +282,7 @@ fn shapes(
         let fields = columns.iter().map(|c| record.get(c).map_or_else(String::new, field));
         rows.push(with_place(fields.collect(), place));
     }
-    Ok(Source { bytes: Cow::Owned(csv(rows.into_iter()).into_bytes()), rows: ("feature", -1) })
+    Ok(of_features(rows))
 }
 
 fn field(value: &dbase::FieldValue) -> String {
@@ -290,6 +305,12 @@ fn field(value: &dbase::FieldValue) -> String {
 fn with_place(mut fields: Vec<String>, place: [String; 2]) -> Vec<String> {
     fields.extend(place);
     fields
+}
+
+/// Returns the list of features from the names of its columns and their rows.
+fn of_features(rows: Vec<Vec<String>>) -> Source<'static> {
+    let bytes = Cow::Owned(csv(rows.into_iter()).into_bytes());
+    Source { bytes, rows: ("feature", -1), sheet: String::new() }
 }
 
 /// Returns rows as the text of a table, one line each.

@@ -171,6 +171,12 @@ fn mistakes_with_counts_are_refused_with_the_way_out() {
     assert!(e.contains("c.csv, line 2: no hour within noon (11:00 to 13:00) is complete"), "{e}");
     let e = refused("smoke --turning-counts c.csv --out x");
     assert!(e.contains("turning counts need the arms of intersections"), "{e}");
+    let table = fs::read_to_string(folder.path().join("a.csv")).unwrap();
+    let with_periods =
+        table.replace("movements\n", "movements,period\n").replace(",,\n", ",,,am\n");
+    fs::write(folder.path().join("p.csv"), with_periods).unwrap();
+    let e = refused("p.csv --turning-counts c.csv --out x");
+    assert!(e.contains("p.csv: period = am: the table of approaches has periods already"), "{e}");
     let e = refused("a.toml --period am=07:00-09:00 --out x");
     assert!(e.contains("--turning-counts"), "{e}");
     let e = refused("a.toml --out x");

@@ -22,7 +22,7 @@ use crate::network::lanes::{LaneLayout, layout, link_order};
 use crate::network::movements::ArmMovement;
 use crate::network::plain::SIGNAL;
 use crate::settings::Detail;
-use crate::turning::{comparable, matching};
+use crate::turning::{comparable, matched_arms};
 use crate::vocabulary::Heading;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
@@ -357,24 +357,10 @@ fn arms_of(
     let bearing_deg = |i: usize| side.bearing_deg(normalise_degrees(arms[i].bearing_deg));
     order.sort_by(|a, b| bearing_deg(*a).total_cmp(&bearing_deg(*b)));
     let place = |arm: usize| order.iter().position(|other| *other == arm).unwrap_or(arm);
-    let incoming: Vec<usize> = (0..arms.len()).filter(|i| arms[*i].lanes_in > 0).collect();
-    let said = |i: &usize| {
-        let first = arms[*i].arm.split_whitespace().next().unwrap_or_default();
-        Heading::ALL.into_iter().find(|heading| heading.name() == first)
-    };
-    let by_name: BTreeMap<Heading, usize> =
-        incoming.iter().filter_map(|i| Some((said(i)?, *i))).collect();
     let wanted: Vec<Heading> = headings.iter().copied().collect();
-    let (found, is_ambiguous) = if by_name.len() == incoming.len() {
-        (wanted.iter().map(|heading| by_name.get(heading).copied()).collect(), false)
-    } else {
-        let bearings_deg: Vec<f64> = incoming.iter().map(|i| arms[*i].bearing_deg).collect();
-        let matched = matching(&wanted, &bearings_deg);
-        let arm = |arm: &Option<usize>| arm.map(|arm| incoming[arm]);
-        (matched.arms.iter().map(arm).collect::<Vec<_>>(), matched.is_ambiguous)
-    };
+    let matched = matched_arms(&wanted, arms, &[]);
     let mut of = BTreeMap::new();
-    for (heading, arm) in wanted.iter().zip(found) {
+    for (heading, arm) in wanted.iter().zip(matched.arms) {
         let arm = arm.ok_or_else(|| {
             format!(
                 "it has movements of {heading} traffic, but no approach goes that way; correct the movements, or bearing_deg \
@@ -383,7 +369,7 @@ fn arms_of(
         })?;
         of.insert(*heading, place(arm));
     }
-    Ok((of, is_ambiguous))
+    Ok((of, matched.is_ambiguous))
 }
 
 /// Gives movements without a phase one, where it is clear which.

@@ -119,6 +119,20 @@ fn rows_without_a_place_are_kept_to_be_named() {
     assert!(read("id,lat,lon\n1,40,\n").unwrap_err().contains("column lon is empty"));
 }
 
+#[test]
+fn a_list_whose_columns_of_places_are_empty_names_them() {
+    assert_eq!(
+        read("id,lat,lon,latitude,longitude\n7,40,-75,,\n").unwrap_err(),
+        "s.csv: no row has a place in the columns latitude and longitude; fill them in, or name other columns \
+         (`latitude` and `longitude` in [signals] of the settings)"
+    );
+    assert!(
+        read("id,the_geom\n7,\n")
+            .unwrap_err()
+            .contains("no row has a place in the column the_geom")
+    );
+}
+
 proptest! {
     #[test]
     fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {

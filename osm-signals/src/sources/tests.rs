@@ -155,3 +155,11 @@ fn a_workbook_is_a_list() {
     assert!(reason.starts_with("s.xlsx, row 4: "), "{reason}");
     assert!(read(&workbook(""), "s.xlsx").unwrap_err().contains("without any cell"));
 }
+
+#[test]
+fn times_of_opendocument_are_read_as_clock_times() {
+    let text = |duration: &str| cell(&Data::DurationIso(duration.to_owned()));
+    assert_eq!(text("PT07H15M00S"), "07:15:00");
+    assert_eq!(text("PT7H5M0.000S"), "07:05:00");
+    assert_eq!(text("P1D"), "P1D");
+}

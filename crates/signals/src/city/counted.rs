@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use osm_signals::DrivingSide;
 use toml::{Table, Value};
 
 use super::error::CityError;
@@ -16,6 +17,7 @@ use crate::family::approaches::{Approach, to_csv};
 use crate::family::doubts::Doubt;
 use crate::family::load::{LoadedScenario, Uncounted, from_text};
 use crate::placed::placed;
+use crate::settings::Scenario;
 use crate::turning::{Joined, Period, TurningCounts};
 use basics::files::{self, beneath, limits, write_atomically};
 use evaluation::family::error::FamilyError;
@@ -68,8 +70,12 @@ pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityErro
     }
     let joined = match request.files {
         [] => Joined::of(&uncounted.intersections),
-        files => TurningCounts::read(files)?
-            .into_approaches(&uncounted.intersections, request.periods)?,
+        files => {
+            without_periods(uncounted)?;
+            let side = driving_side(request)?;
+            TurningCounts::read(files)?
+                .into_approaches(&uncounted.intersections, request.periods, side)?
+        }
     };
     let joined = with_traffic(joined, request)?;
     let table = to_csv(&joined.approaches);
@@ -108,6 +114,29 @@ pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityErro
     let networks = out.join(networks_folder(counted.scenario.preset));
     beneath(out, &networks)?;
     Ok(CountedScenario { loaded: counted, joined, networks })
+}
+
+/// Refuses a table that has periods, whose rows counts cannot tell apart.
+fn without_periods(uncounted: &Uncounted) -> Result<(), CityError> {
+    let periods = uncounted.intersections.iter().map(|i| i.period.as_str());
+    let periods: BTreeSet<&str> = periods.filter(|period| !period.is_empty()).collect();
+    if periods.is_empty() {
+        return Ok(());
+    }
+    Err(CityError::Family(FamilyError::Setting {
+        file: uncounted.file.clone(),
+        field: "period".to_owned(),
+        value: periods.into_iter().collect::<Vec<_>>().join(", "),
+        expected: "the table of approaches has periods already; give one without the column period for turning counts"
+            .to_owned(),
+    }))
+}
+
+/// Returns the side on which people drive in the scenario that is written. What is wrong with it is said when it is read.
+fn driving_side(request: &CountedRequest<'_>) -> Result<DrivingSide, CityError> {
+    let written: Result<Scenario, _> = toml::from_str(&scenario_text(request, false)?);
+    let scenario = written.as_ref().unwrap_or(&request.uncounted.scenario);
+    Ok(scenario.network.driving_side)
 }
 
 /// Leaves out intersections without any traffic: neither counts nor volumes nor daily counts.

@@ -196,7 +196,11 @@ fn with_networks(
         table::check(&rows, city, &culprit(request, city))?;
         let mut joined = None;
         if let Some(counts) = &input.turning {
-            let with_counts = counts.into_approaches(&gathered(rows), &request.periods)?;
+            let with_counts = counts.into_approaches(
+                &gathered(rows),
+                &request.periods,
+                city.side.driving_side,
+            )?;
             city.count_by_turn(&with_counts.counted);
             rows = with_counts.approaches.clone();
             joined = Some(with_counts);

@@ -19,7 +19,7 @@ const AFTER: [&str; 8] = [" HRS", "HRS", " HR", "HR", " H", "H", "Z", "+00:00"];
 ///
 /// Understood are `07:15`, `0715`, `7:15 AM`, `7:15 a.m.`, `07:15:00`, `7.15`, the first of two times (`07:15 - 07:30`,
 /// `7:15 to 7:30`), a date or weekday before the time, and days with their fraction as spreadsheets keep them
-/// (`46331.302`).
+/// (`46331.302`). A date alone is no time, also with points (`5.11.2026`).
 pub fn begin(text: &str) -> Option<(String, u32)> {
     if let Some(serial) = serial(text) {
         return Some(serial);
@@ -86,7 +86,8 @@ fn time(text: &str, half: Option<&str>) -> Option<u32> {
 fn serial(text: &str) -> Option<(String, u32)> {
     let value: f64 = text.trim().parse().ok()?;
     let has_fraction = text.contains(['.', 'e', 'E']);
-    let is_fraction = (0.0..1.0).contains(&value) && has_fraction;
+    let is_fraction =
+        (0.0..1.0).contains(&value) && has_fraction && !is_after_midnight(text.trim());
     let is_day = (FIRST_SERIAL..5.0 * FIRST_SERIAL).contains(&value) && has_fraction;
     if !is_fraction && !is_day {
         return None;
@@ -97,11 +98,24 @@ fn serial(text: &str) -> Option<(String, u32)> {
     Some((day, minute.min(DAY_MIN - 1)))
 }
 
+/// Returns whether a text is a time of the first hour of a day, such as `0.15`: fractions of a day have more decimals,
+/// except those of 6:00, 12:00 and 18:00.
+fn is_after_midnight(text: &str) -> bool {
+    let is_short = text
+        .split_once('.')
+        .is_some_and(|(hour, minute)| hour.chars().all(|c| c == '0') && minute.len() <= 2);
+    is_short && !["0.25", "0.5", "0.75"].contains(&text)
+}
+
 /// Returns the minute of the day of `7:15`, `7.15`, `07:15:00`, `715` or `7`, with the half of the day if it has one.
 fn of_day(text: &str, half: Option<&str>) -> Option<u32> {
     let number = |digits: &str| -> Option<u32> {
         digits.chars().all(|c| c.is_ascii_digit()).then(|| digits.parse().ok()).flatten()
     };
+    // Seconds of a time are 00, and no year of a count is.
+    if !text.contains(':') && !text.ends_with(".00") && days::is_day(text) {
+        return None;
+    }
     let (hour, minute) = match text.split([':', '.']).collect::<Vec<_>>()[..] {
         [digits] if (3..=4).contains(&digits.len()) => {
             let all = number(digits)?;
@@ -154,6 +168,14 @@ mod tests {
             ("7:00P", "", "19:00"),
             ("1600 hrs", "", "16:00"),
             ("7.15", "", "07:15"),
+            ("0.00", "", "00:00"),
+            ("0.45", "", "00:45"),
+            ("0.5", "", "12:00"),
+            ("0.75", "", "18:00"),
+            ("7.05.00", "", "07:05"),
+            ("7-Nov-2026 7:15", "7-NOV-2026", "07:15"),
+            ("Nov 7, 2026 7:00 - 7:15", "NOV 7, 2026", "07:00"),
+            ("20261107 0715", "20261107", "07:15"),
             ("Tue 16:00", "TUE", "16:00"),
             ("2026-11-05T16:30:00Z", "2026-11-05", "16:30"),
             ("1.04166666666667E-2", "", "00:15"),
@@ -171,9 +193,10 @@ mod tests {
 
     #[test]
     fn what_is_no_time_is_none() {
-        for text in
-            ["", "Total", "25:00", "07:75", "7", "AM", "12", "Peak hour", "Total 07:15", "3 04:15"]
-        {
+        for text in [
+            "", "Total", "25:00", "07:75", "7", "AM", "12", "Peak hour", "Total 07:15", "3 04:15",
+            "5.11.2026", "5.11.26", "2026-11-05", "7 Nov 2026", "0.3",
+        ] {
             assert_eq!(begin(text), None, "{text}");
         }
     }

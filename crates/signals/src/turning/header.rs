@@ -40,6 +40,21 @@ pub enum Holds {
     End,
 }
 
+impl Holds {
+    /// Returns the direction of travel of what it counts; `None` for what has none.
+    pub(super) fn heading(self) -> Option<Heading> {
+        match self {
+            Self::Vehicles(heading, _)
+            | Self::HeavyVehicles(heading, _)
+            | Self::HeavyPercent(heading)
+            | Self::Total(heading)
+            | Self::Shared(heading) => Some(heading),
+            Self::Pedestrians(heading) => heading,
+            Self::Intersection | Self::Date | Self::Time | Self::End => None,
+        }
+    }
+}
+
 /// Directions with their letters, diagonal ones first, so that none is taken for the start of another.
 const DIRECTIONS: [(&str, &str, Heading); 8] = [
     ("NORTHEAST", "NE", Heading::NorthEast),
@@ -163,6 +178,13 @@ pub(super) fn rank_of_id(name: &str) -> usize {
     let plain: String = name.to_uppercase().chars().filter(char::is_ascii_alphanumeric).collect();
     let mut names = INTERSECTION.split(' ');
     names.position(|known| known == plain).unwrap_or(usize::MAX)
+}
+
+/// Returns whether the name of a movement may be another word: `Net` is a sum, or northeastbound through traffic.
+pub(super) fn may_be_word(name: &str) -> bool {
+    let mut words = name.split(|c: char| !c.is_ascii_alphanumeric());
+    let first = words.find(|word| !word.is_empty()).unwrap_or_default();
+    ["NET", "SET"].iter().any(|word| first.eq_ignore_ascii_case(word))
 }
 
 /// Returns whether a column that nobody understands may count vehicles: it names a direction and nothing else that is

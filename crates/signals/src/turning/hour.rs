@@ -97,7 +97,7 @@ pub struct Hour {
     pub days: usize,
     /// Vehicles per hour by movement.
     pub vehicles: BTreeMap<(Heading, Towards), f64>,
-    /// Vehicles in each quarter by approach; nothing where rows are longer than a quarter, and for an approach without
+    /// Vehicles in each quarter by approach; nothing where rows do not divide a quarter, and for an approach without
     /// vehicles.
     pub quarters: BTreeMap<Heading, [f64; 4]>,
     /// Share of heavy vehicles by approach.
@@ -190,7 +190,10 @@ pub(super) fn busiest(
     for interval in intervals {
         let key = (&*interval.day, interval.minute.unwrap_or_default());
         if let Some(other) = by_time.insert(key, interval) {
-            let message = format!("the same time as line {}; remove one of the two", other.line);
+            let message = format!(
+                "the same time as line {}; remove one of the two, or the sheet that has a part of the vehicles",
+                other.line
+            );
             return Err((interval.line, message).into());
         }
     }
@@ -392,7 +395,11 @@ mod tests {
         counts.push(("Wed", 480, 1.0));
         assert_eq!(
             busiest(&rows(&counts), None, None).unwrap_err().into_parts(),
-            (5, "the same time as line 4; remove one of the two".into())
+            (
+                5,
+                "the same time as line 4; remove one of the two, or the sheet that has a part of the vehicles"
+                    .into()
+            )
         );
     }
 

@@ -1,25 +1,29 @@
 //! Gives counted vehicles to the arms of a table of approaches.
 //!
-//! - A direction of travel belongs to the arm that vehicles come from, by compass.
+//! - A direction of travel belongs to the arm that vehicles come from: by name where all arms are called by their
+//!   directions, else by compass.
 //! - Left, through and right are the turns that the bearings of the arms make. A turn that was counted exists, also where
 //!   `movements` lacks it. Turns without an exit of their name go to the exits that nobody was counted for, from left to
 //!   right, where these are as many.
 //! - Pedestrians of `NB` cross the arm that northbound vehicles come from. Those of no direction are divided equally among the
-//!   arms that lead to the signal.
-//! - U-turns count as left turns. Deviation: networks have no U-turns.
+//!   arms that lead to the signal. More than a table may have are cut.
+//! - U-turns count as the turns across opposing traffic: to the left, or in left-hand traffic to the right. Deviation:
+//!   networks have no U-turns.
+//! - Weekends count only where nothing was counted on a working day within the period.
 //! - Vehicles that have no arm or no exit are not simulated.
 //!
 //! All of this is said, with the intersection.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use osm_signals::Turn;
 use osm_signals::turn::exits;
+use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
+use super::clock::DAY_MIN;
 use super::header::{Heading, Towards};
-use super::hour::{Hour, Unfit, busiest};
-use super::matching::matching;
+use super::hour::{Hour, Interval, Unfit, busiest};
+use super::matching::matched_arms;
 use super::{CountedIntersection, FEW, Period, TurningCounts, days};
 use crate::family::approaches::{
     Approach, Arrivals, Counted, Intersection, MOST_PEDESTRIANS_PER_H,
@@ -73,10 +77,13 @@ struct Said {
     few: Vec<String>,
     no_hour: Vec<String>,
     empty: Vec<String>,
-    weekend: Vec<String>,
+    several_days: Vec<String>,
+    unclear_days: Vec<String>,
+    weekend_only: Vec<String>,
     one_row: Vec<String>,
     divided_walkers: Vec<String>,
     no_crosswalk: Vec<String>,
+    too_many_walkers: Vec<String>,
 }
 
 impl TurningCounts {
@@ -87,12 +94,20 @@ impl TurningCounts {
     ///
     /// [`FamilyError::Csv`] with file and line: none of the intersections was counted, several have one name, times that
     /// do not fit together.
+    ///
+    /// # Arguments
+    ///
+    /// * `intersections` — each once, without periods.
+    /// * `side` — on which people drive.
     pub fn into_approaches(
         &self,
         intersections: &[Intersection],
         periods: &[Period],
+        side: DrivingSide,
     ) -> Result<Joined, FamilyError> {
         let (rows_of, unknown) = self.by_intersection(intersections)?;
+        let rows = self.intersections.iter().flat_map(|(_, counted)| &counted.intervals);
+        let month_first = days::month_first(rows.map(|row| row.day.as_str()));
         let mut doubts = self.doubts.clone();
         let mut said = Said::default();
         let mut hours: Vec<(Option<&Period>, Vec<Hour>)> = Vec::new();
@@ -104,9 +119,9 @@ impl TurningCounts {
             for (intersection, counted) in intersections.iter().zip(&rows_of) {
                 let mut arms = intersection.arms.clone();
                 if let Some(counted) = counted {
-                    match said.hour(counted, &intersection.id, period) {
+                    match said.hour(counted, &intersection.id, period, month_first) {
                         Ok(hour) => {
-                            said.give(&hour, intersection, &mut arms);
+                            said.give(&hour, intersection, &mut arms, side);
                             of_period.push(hour);
                         }
                         // What one intersection lacks in a period is said; what all lack is wrong.
@@ -149,7 +164,7 @@ impl TurningCounts {
             "intersections without turning counts keep the traffic that the table has, in every period",
             uncounted,
         ));
-        doubts.extend(said.doubts());
+        doubts.extend(said.doubts(side));
         let counted = (intersections.iter().zip(&rows_of))
             .filter(|(_, counted)| counted.is_some())
             .map(|(i, _)| i.id.clone())
@@ -224,6 +239,11 @@ pub(crate) fn comparable(id: &str) -> String {
     if plain.is_empty() { id } else { plain.join(" ") }
 }
 
+/// Returns which of [`TURNS`] crosses opposing traffic.
+fn turn_across(side: DrivingSide) -> usize {
+    if side.is_right() { 0 } else { 2 }
+}
+
 /// Returns when the busiest hours of a period are.
 fn summary(period: Option<&Period>, hours: &[Hour]) -> Option<String> {
     let begins = || hours.iter().filter_map(|hour| hour.begin_min);
@@ -256,32 +276,47 @@ fn quarters(hour: &Hour, heading: Heading, total: f64) -> Option<Arrivals> {
 }
 
 impl Said {
-    /// Returns the busiest hour of an intersection, on working days where the count has some.
+    /// Returns the busiest hour of an intersection, on working days where the period has some.
     fn hour(
         &mut self,
         counted: &CountedIntersection,
         id: &str,
         period: Option<&Period>,
+        month_first: bool,
     ) -> Result<Hour, Unfit> {
         let days: BTreeSet<&str> = counted.intervals.iter().map(|i| i.day.as_str()).collect();
-        let free = days::weekend(&days);
-        let is_working = |day: &str| free.len() == days.len() || !free.contains(day);
-        let rows: Vec<_> =
-            counted.intervals.iter().filter(|i| is_working(&i.day)).cloned().collect();
+        let is = |wanted: Option<bool>| {
+            let found = days.iter().filter(|day| days::is_weekend(day, month_first) == wanted);
+            found.copied().collect::<BTreeSet<&str>>()
+        };
+        let (weekends, unclear) = (is(Some(true)), is(None));
+        let (from, to) = period.map_or((0, DAY_MIN), |p| (p.from_min, p.to_min));
+        let is_within = |row: &Interval| row.minute.is_none_or(|m| (from..to).contains(&m));
+        let mut within = counted.intervals.iter().filter(|row| is_within(row));
+        let has_working_days = within.any(|row| !weekends.contains(row.day.as_str()));
+        let left_out = match has_working_days && unclear.is_empty() {
+            true => weekends.clone(),
+            false => BTreeSet::new(),
+        };
+        let is_kept = |row: &&Interval| !left_out.contains(row.day.as_str());
+        let rows: Vec<_> = counted.intervals.iter().filter(is_kept).cloned().collect();
         let hour = busiest(&rows, counted.said_min, period)?;
         let at = period.map_or_else(
             || format!("intersection {id}"),
             |p| format!("intersection {id}, {}", p.name),
         );
         if days.len() > 1 {
-            let left_out = if free.is_empty() || free.len() == days.len() {
-                String::new()
-            } else {
-                format!(", without weekends ({})", free.len())
+            let left_out = match left_out.len() {
+                0 => String::new(),
+                weekends => format!(", without weekends ({weekends})"),
             };
             let days =
                 if hour.days == 1 { "1 day".to_owned() } else { format!("{} days", hour.days) };
-            self.weekend.push(format!("{at}: {days}{left_out}"));
+            self.several_days.push(format!("{at}: {days}{left_out}"));
+            self.unclear_days.extend(unclear.first().map(|day| format!("{at}: {day:?}")));
+        }
+        if !has_working_days && !weekends.is_empty() {
+            self.weekend_only.push(at.clone());
         }
         if hour.empty > 0 {
             self.empty.push(format!("{at}: {} fields", hour.empty));
@@ -296,26 +331,31 @@ impl Said {
     }
 
     /// Gives an hour to the arms of an intersection.
-    fn give(&mut self, hour: &Hour, intersection: &Intersection, arms: &mut [Approach]) {
+    fn give(
+        &mut self,
+        hour: &Hour,
+        intersection: &Intersection,
+        arms: &mut [Approach],
+        side: DrivingSide,
+    ) {
         let at = |heading: Heading| format!("intersection {}, {heading}", intersection.id);
         let headings: Vec<Heading> = hour.headings().into_iter().collect();
-        let incoming: Vec<usize> = (0..arms.len()).filter(|i| arms[*i].lanes_in > 0).collect();
-        let bearings_deg: Vec<f64> = incoming.iter().map(|i| arms[*i].bearing_deg).collect();
-        let matched = matching(&headings, &bearings_deg);
+        let matched = matched_arms(&headings, arms, &[]);
         if matched.is_ambiguous {
             self.either_way.push(format!("intersection {}", intersection.id));
         }
         // An approach without vehicles was counted as well, as long as others were.
         let walked = |arm: &Approach| arm.counted.and_then(|counted| counted.pedestrians_per_h);
         let walked: Vec<Option<f64>> = arms.iter().map(walked).collect();
-        for i in &incoming {
-            arms[*i].counted = Some(Counted::default());
+        for arm in arms.iter_mut().filter(|arm| arm.lanes_in > 0) {
+            arm.counted = Some(Counted::default());
         }
+        let across = turn_across(side);
         for (heading, arm) in headings.iter().zip(&matched.arms) {
             let vehicles = |towards| hour.of(*heading, towards);
             let back = vehicles(Towards::UTurn);
             let mut volumes = [Towards::Left, Towards::Through, Towards::Right].map(vehicles);
-            let Some(arm) = arm.map(|arm| incoming[arm]) else {
+            let Some(arm) = *arm else {
                 self.no_arm.push(format!(
                     "{}: {:.0} veh/h",
                     at(*heading),
@@ -330,8 +370,8 @@ impl Said {
                     .map(|(_, turn)| turn)
                     .collect();
             self.fit(&mut volumes, &ways, &at(*heading));
-            if back > 0.0 && ways.contains(&Turn::Left) {
-                volumes[0] += back;
+            if back > 0.0 && ways.contains(&TURNS[across]) {
+                volumes[across] += back;
                 self.u_turns.push(format!("{}: {back:.0} veh/h", at(*heading)));
             } else if back > 0.0 {
                 self.no_exit.push(format!("{} U-turn: {back:.0} veh/h", at(*heading)));
@@ -353,42 +393,54 @@ impl Said {
                 counted.pedestrians_per_h = before;
             }
         }
-        self.give_pedestrians(hour, intersection, arms);
+        let of_vehicles = headings.into_iter().zip(matched.arms).collect();
+        self.give_pedestrians(hour, intersection, arms, of_vehicles);
     }
 
     /// Gives the people of an hour to the arms that they cross.
+    ///
+    /// # Arguments
+    ///
+    /// * `arm_of` — the arms that vehicles with a direction come from, if they have one.
     fn give_pedestrians(
         &mut self,
         hour: &Hour,
         intersection: &Intersection,
         arms: &mut [Approach],
+        mut arm_of: BTreeMap<Heading, Option<usize>>,
     ) {
         if hour.pedestrians.is_empty() {
             return;
         }
-        let incoming: Vec<usize> = (0..arms.len()).filter(|i| arms[*i].lanes_in > 0).collect();
-        let bearings_deg: Vec<f64> = incoming.iter().map(|i| arms[*i].bearing_deg).collect();
-        let headings: Vec<Heading> = hour.pedestrians.keys().copied().flatten().collect();
-        let matched = matching(&headings, &bearings_deg);
+        let headings = hour.pedestrians.keys().copied().flatten();
+        let headings: Vec<Heading> =
+            headings.filter(|heading| !arm_of.contains_key(heading)).collect();
+        let taken: Vec<usize> = arm_of.values().copied().flatten().collect();
+        let matched = matched_arms(&headings, arms, &taken);
+        arm_of.extend(headings.into_iter().zip(matched.arms));
         let anywhere = hour.pedestrians.get(&None).copied().unwrap_or_default();
         if anywhere > 0.0 {
             self.divided_walkers.push(format!("intersection {}: {anywhere:.0}", intersection.id));
         }
-        let share = anywhere / incoming.len().max(1) as f64;
-        let mut per_h = vec![share; incoming.len()];
-        for (heading, arm) in headings.iter().zip(&matched.arms) {
-            let count = hour.pedestrians[&Some(*heading)];
-            match arm {
-                Some(arm) => per_h[*arm] += count,
+        let incoming = arms.iter().filter(|arm| arm.lanes_in > 0).count();
+        let share = anywhere / incoming.max(1) as f64;
+        let mut per_h = vec![share; arms.len()];
+        let counted = hour.pedestrians.iter().filter_map(|(heading, n)| Some(((*heading)?, *n)));
+        for (heading, count) in counted {
+            match arm_of[&heading] {
+                Some(arm) => per_h[arm] += count,
                 None if count > 0.0 => self
                     .no_crosswalk
                     .push(format!("intersection {}, {heading}: {count:.0}", intersection.id)),
                 None => {}
             }
         }
-        for (arm, per_h) in incoming.into_iter().zip(per_h) {
-            if let Some(counted) = &mut arms[arm].counted {
-                counted.pedestrians_per_h = Some(per_h.min(MOST_PEDESTRIANS_PER_H));
+        for (arm, per_h) in arms.iter_mut().zip(per_h) {
+            let Some(counted) = arm.counted.as_mut().filter(|_| arm.lanes_in > 0) else { continue };
+            counted.pedestrians_per_h = Some(per_h.min(MOST_PEDESTRIANS_PER_H));
+            if per_h > MOST_PEDESTRIANS_PER_H {
+                self.too_many_walkers
+                    .push(format!("intersection {}, arm {}: {per_h:.0}", intersection.id, arm.arm));
             }
         }
     }
@@ -465,7 +517,12 @@ impl Said {
         }
     }
 
-    fn doubts(self) -> Vec<Doubt> {
+    fn doubts(self, side: DrivingSide) -> Vec<Doubt> {
+        let u_turns = format!("U-turns count as {} turns", TURNS[turn_across(side)].name());
+        let too_many_walkers = format!(
+            "more than {MOST_PEDESTRIANS_PER_H} pedestrians per hour cross an arm, and so many are simulated; give counts of \
+             an hour, not of a day"
+        );
         let doubts = [
             (
                 "counted directions have no arm, and their vehicles are not simulated; correct the direction or bearing_deg",
@@ -481,7 +538,7 @@ impl Said {
                 self.renamed,
             ),
             ("counted turns have no exit, and their vehicles are not simulated", self.no_exit),
-            ("U-turns count as left turns", self.u_turns),
+            (u_turns.as_str(), self.u_turns),
             ("turns that exist were not counted, and have no vehicles", self.not_counted),
             (
                 "turns with several exits divide their vehicles equally among them",
@@ -493,7 +550,15 @@ impl Said {
             ),
             ("counted, but without a complete hour in the period", self.no_hour),
             ("empty fields beside numbers count as nobody", self.empty),
-            ("the hour is the mean of several days", self.weekend),
+            ("the hour is the mean of several days", self.several_days),
+            (
+                "weekends are not told from working days, because dates are not understood; write all of them like 2026-11-05",
+                self.unclear_days,
+            ),
+            (
+                "the hour is one of a weekend, because no working day was counted then",
+                self.weekend_only,
+            ),
             ("rows without a length, read as the vehicles of an hour", self.one_row),
             (
                 "pedestrians per hour without a direction are divided equally among the crosswalks",
@@ -503,6 +568,7 @@ impl Said {
                 "pedestrians cross an arm that does not lead to the signal, and are not simulated",
                 self.no_crosswalk,
             ),
+            (too_many_walkers.as_str(), self.too_many_walkers),
         ];
         doubts.into_iter().filter_map(|(about, rows)| Doubt::of(about, rows)).collect()
     }

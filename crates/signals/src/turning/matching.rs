@@ -1,8 +1,11 @@
 //! Which arm of an intersection a direction of travel belongs to.
 
+use std::collections::BTreeMap;
+
 use osm_signals::angle::turn_degrees;
 
 use super::header::Heading;
+use crate::family::approaches::Approach;
 
 /// Most degrees between the compass direction that a count names and the way in which the arm leads.
 const MOST_DEG: f64 = 80.0;
@@ -22,13 +25,38 @@ pub(crate) struct Matching {
     pub(crate) is_ambiguous: bool,
 }
 
+/// Returns the arms of an intersection that vehicles with these directions come from, as positions in `arms`. Where the names
+/// of all arms that lead to the signal begin with different directions, as those of UTDF do, these count, else the compass.
+///
+/// # Arguments
+///
+/// * `taken` — arms that other directions have.
+pub(crate) fn matched_arms(headings: &[Heading], arms: &[Approach], taken: &[usize]) -> Matching {
+    let incoming: Vec<usize> = (0..arms.len()).filter(|i| arms[*i].lanes_in > 0).collect();
+    let said = |i: &usize| {
+        let first = arms[*i].arm.split_whitespace().next().unwrap_or_default();
+        Heading::ALL.into_iter().find(|heading| heading.name() == first)
+    };
+    let by_name: BTreeMap<Heading, usize> =
+        incoming.iter().filter_map(|i| Some((said(i)?, *i))).collect();
+    if by_name.len() == incoming.len() {
+        let arms = headings.iter().map(|heading| by_name.get(heading).copied()).collect();
+        return Matching { arms, is_ambiguous: false };
+    }
+    let free: Vec<usize> = incoming.into_iter().filter(|i| !taken.contains(i)).collect();
+    let bearings_deg: Vec<f64> = free.iter().map(|i| arms[*i].bearing_deg).collect();
+    let found = matching(headings, &bearings_deg);
+    let arms = found.arms.into_iter().map(|arm| arm.map(|arm| free[arm])).collect();
+    Matching { arms, ..found }
+}
+
 /// Returns the arms from which vehicles travel in these directions: each arm once, with the least sum of squared
 /// deviations.
 ///
 /// # Arguments
 ///
 /// * `bearings_deg` — from the centre to each arm that leads to the signal.
-pub(crate) fn matching(headings: &[Heading], bearings_deg: &[f64]) -> Matching {
+fn matching(headings: &[Heading], bearings_deg: &[f64]) -> Matching {
     let mut search = Search { headings, bearings_deg, all: Vec::new() };
     search.extend(&mut Vec::new(), 0.0);
     search.all.sort_by(|a, b| a.0.total_cmp(&b.0));

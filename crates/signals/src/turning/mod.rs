@@ -23,12 +23,12 @@ use crate::family::doubts::Doubt;
 use basics::files::FileError;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
-use header::{Holds, holds, may_be_movement};
+use header::{Heading, Holds, holds, may_be_movement};
 use hour::Interval;
 pub use hour::Period;
 pub use join::Joined;
 pub(crate) use join::{FEW_VEHICLES, comparable};
-pub(crate) use matching::matching;
+pub(crate) use matching::matched_arms;
 
 /// Least columns of movements that make a line the one with the names of the columns.
 const ENOUGH: usize = 3;
@@ -60,7 +60,7 @@ struct CountedIntersection {
 }
 
 impl TurningCounts {
-    /// Reads files of counts: CSV, workbooks, or zipped.
+    /// Reads files of counts: CSV, workbooks, or zipped. Of a workbook every sheet that names movements is read.
     ///
     /// # Errors
     ///
@@ -73,15 +73,40 @@ impl TurningCounts {
             let file = path.display().to_string();
             let wrong = |message: String| at(&file, Fault { line: 1, message });
             let bytes = file::read(path, file::TABLE_BYTES).map_err(FileError::at("read", path))?;
-            // Of the sheets of a workbook the first that names movements.
             let sources = Source::sheets(&bytes, path).map_err(|e| wrong(e.to_string()))?;
-            let is_named = |source: &&Source| {
-                uneven::lines(&source.bytes).is_ok_and(|lines| names_movements(&lines))
-            };
-            let named = sources.iter().find(|source| sources.len() == 1 || is_named(source));
-            all.add(&named.unwrap_or(&sources[0]).bytes, &file)?;
+            all.add_sheets(&sources, &file)?;
         }
         Ok(all)
+    }
+
+    /// Adds the sheets of a workbook that name movements, or the one table of another file.
+    ///
+    /// # Errors
+    ///
+    /// As [`TurningCounts::read`].
+    fn add_sheets(&mut self, sheets: &[Source<'_>], file: &str) -> Result<(), FamilyError> {
+        let is_named = |sheet: &&Source<'_>| {
+            let lines = uneven::lines(&sheet.bytes).unwrap_or_default();
+            (0..lines.len()).any(|i| Columns::of(&lines, i).is_some())
+        };
+        let (mut named, mut others): (Vec<&Source>, Vec<&Source>) =
+            sheets.iter().partition(is_named);
+        if named.is_empty() {
+            // The first says what is missing.
+            named.push(others.remove(0));
+        }
+        for sheet in named {
+            let name = match sheets.len() {
+                1 => file.to_owned(),
+                _ => format!("{file}, sheet {}", sheet.sheet),
+            };
+            self.add_table(&sheet.bytes, &name, sheet.rows.1)?;
+        }
+        self.doubts.extend(Doubt::of(
+            format!("{file}: sheets that name no movements are passed over"),
+            others.into_iter().map(|sheet| sheet.sheet.clone()).collect(),
+        ));
+        Ok(())
     }
 
     /// Adds a file; its name is for messages.
@@ -90,11 +115,27 @@ impl TurningCounts {
     ///
     /// As [`TurningCounts::read`].
     pub fn add(&mut self, bytes: &[u8], file: &str) -> Result<(), FamilyError> {
+        self.add_table(bytes, file, 0)
+    }
+
+    /// Adds a table.
+    ///
+    /// # Errors
+    ///
+    /// As [`TurningCounts::read`].
+    ///
+    /// # Arguments
+    ///
+    /// * `above` — what the number of a row in the file is more than its line in the text.
+    fn add_table(&mut self, bytes: &[u8], file: &str, above: i64) -> Result<(), FamilyError> {
         if uneven::is_utdf(bytes) {
             let message = "a network in UTDF, not a table of counts; give it with --utdf, which takes its volumes too";
             return Err(at(file, Fault { line: 1, message: message.to_owned() }));
         }
-        let lines = uneven::lines(bytes).map_err(|fault| at(file, fault))?;
+        let mut lines = uneven::lines(bytes).map_err(|fault| at(file, fault))?;
+        for line in &mut lines {
+            line.number = line.number.saturating_add_signed(above).max(1);
+        }
         let mut columns: Option<Columns> = None;
         let mut said_min = None;
         let (mut sums, mut shares) = (Vec::new(), Vec::new());
@@ -197,9 +238,15 @@ pub(crate) fn names_movements(lines: &[Line]) -> bool {
 /// Returns the minutes of a row that a title says, such as `15 Minute Counts`.
 fn minutes_of_title(text: &str) -> Option<u32> {
     let text = text.to_lowercase();
-    let (before, _) = text.split_once("min")?;
-    let digits = before.trim_end_matches([' ', '-']).rsplit(' ').next()?;
-    digits.parse().ok().filter(|minutes| (1..=60).contains(minutes) && 60 % minutes == 0)
+    text.match_indices("min").find_map(|(at, min)| {
+        // Other words begin so as well, such as Minneapolis.
+        let after = text[at + min.len()..].split(|c: char| !c.is_alphabetic()).next()?;
+        if !matches!(after, "" | "s") && !after.starts_with("ute") {
+            return None;
+        }
+        let digits = text[..at].trim_end_matches([' ', '-']).rsplit(' ').next()?;
+        digits.parse().ok().filter(|minutes| (1..=60).contains(minutes) && 60 % minutes == 0)
+    })
 }
 
 /// Returns the first words of a line.
@@ -244,6 +291,10 @@ impl Columns {
                 None => unused.push(name.clone()),
             }
         }
+        let words: Vec<usize> =
+            all.iter().map(|(i, _)| *i).filter(|i| is_word(*i, &all, &names)).collect();
+        all.retain(|(i, _)| !words.contains(i));
+        unused.extend(words.into_iter().map(|i| names[i].clone()));
         Some(twice(&all, &names).map_or(Ok(Self { holds: best_id(all, &names), unused }), Err))
     }
 
@@ -255,19 +306,26 @@ impl Columns {
     fn interval(&self, line: &Line) -> Result<Option<(String, Interval)>, String> {
         let text = |wanted: Holds| self.find(wanted).map(|i| plain(line.text(i)));
         let (mut day, mut minute) = (text(Holds::Date).unwrap_or_default().to_owned(), None);
+        let of_day = clock::begin(&day);
         if let Some(time) = text(Holds::Time) {
             let Some((own, begin)) = clock::begin(time) else {
-                // Words are titles and totals.
-                return match time.starts_with(|c: char| c.is_ascii_digit()) {
+                // Words are titles and totals. So is what begins with a digit, such as 5th Avenue, and stands alone.
+                let place = self.find(Holds::Time);
+                let is_number = |i: usize| matches!(line.count(i), Ok(Some(_)));
+                let is_alone = !(0..line.len()).any(|i| Some(i) != place && is_number(i));
+                return match time.starts_with(|c: char| c.is_ascii_digit()) && !is_alone {
                     true => Err(format!("time {time:?} is not understood; write it like 07:15")),
                     false => Ok(None),
                 };
             };
-            if day.is_empty() {
-                day = own;
+            // The cell of the date may have a time as well.
+            match of_day {
+                Some((date, _)) if !date.is_empty() => day = date,
+                _ if day.is_empty() => day = own,
+                _ => {}
             }
             minute = Some(begin);
-        } else if let Some((own, begin)) = clock::begin(&day) {
+        } else if let Some((own, begin)) = of_day {
             // Date and time in one column.
             (day, minute) = (own, Some(begin));
         }
@@ -339,6 +397,19 @@ impl Columns {
         }
         Ok(Some((id, interval)))
     }
+}
+
+/// Returns whether a column that seems to have a movement has another word for its name, because no other column is of that
+/// street.
+fn is_word(column: usize, all: &[(usize, Holds)], names: &[String]) -> bool {
+    let heading =
+        |i: usize| all.iter().find(|(j, _)| *j == i).and_then(|(_, holds)| holds.heading());
+    let Some(own) = heading(column).filter(|_| header::may_be_word(&names[column])) else {
+        return false;
+    };
+    let opposite = Heading::ALL[(own as usize + 4) % 8];
+    let is_of_street = |holds: &Holds| holds.heading().is_some_and(|h| h == own || h == opposite);
+    !all.iter().any(|(i, holds)| *i != column && is_of_street(holds))
 }
 
 /// Returns what is wrong where two columns count the same turn and do not say that it has two exits.

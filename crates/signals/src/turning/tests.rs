@@ -1,7 +1,14 @@
 //! Tests of reading counts and giving them to arms.
 
+use std::borrow::Cow;
+
+use osm_signals::DrivingSide;
+use osm_signals::sources::Source;
+
 use super::*;
 use crate::family::approaches::{Arrivals, Counted, Intersection, read};
+
+const RIGHT: DrivingSide = DrivingSide::Right;
 
 const HEADER: &str = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,\
     right_turn_lanes,speed_mph,length_m,aadt_veh_per_day_per_lane,movements\n";
@@ -55,7 +62,7 @@ fn quarters(id: &str) -> String {
 
 #[test]
 fn the_busiest_hour_reaches_the_arms_that_vehicles_come_from() {
-    let joined = counts(&quarters("7")).into_approaches(&cross(), &[]).unwrap();
+    let joined = counts(&quarters("7")).into_approaches(&cross(), &[], RIGHT).unwrap();
     // North has the southbound vehicles, east the westbound ones.
     let expected = [[0.0, 28.0, 0.0], [0.0, 32.0, 12.0], [4.0, 50.0, 8.0], [4.0, 36.0, 0.0]];
     assert_eq!(volumes(&joined), expected.map(Some));
@@ -79,7 +86,7 @@ fn every_period_has_rows_of_its_own_and_what_was_not_counted_stays() {
     let mut intersections = cross();
     intersections.extend(table(&[("8", &[(0.0, ""), (180.0, "")])]));
     let periods = ["am=07:00-08:15,500", "early=07:00-08:00,100"].map(|p| p.parse().unwrap());
-    let joined = counts(&quarters("007")).into_approaches(&intersections, &periods).unwrap();
+    let joined = counts(&quarters("007")).into_approaches(&intersections, &periods, RIGHT).unwrap();
     assert_eq!(joined.approaches.len(), 12);
     let of = |period: &str| {
         let arms = joined.approaches.iter().filter(|a| a.period == period);
@@ -95,7 +102,7 @@ fn names_above_names_are_read_together_and_a_wrong_sum_is_said() {
     let text = "Location:,Main St,,,,,,\n,Southbound,,,,Northbound,,\n,Main St,,,,Main St,,\nStart Time,Left,Thru,Right,\
                 App Total,Left,Thru,Right\n4:00 PM,1,2,3,6,4,5,6\n4:15 PM,1,2,3,6,4,5,6\n4:30 PM,1,2,3,9,4,5,6\n\
                 4:45 PM,1,2,3,6,4,5,6\nGrand Total,4,8,12,24,16,20,24\n";
-    let joined = counts(text).into_approaches(&cross(), &[]).unwrap();
+    let joined = counts(text).into_approaches(&cross(), &[], RIGHT).unwrap();
     assert_eq!(volumes(&joined)[0], Some([4.0, 8.0, 12.0]));
     assert_eq!(volumes(&joined)[2], Some([16.0, 20.0, 24.0]));
     let said = doubts(&joined);
@@ -110,12 +117,12 @@ fn names_above_names_are_read_together_and_a_wrong_sum_is_said() {
 #[test]
 fn trucks_beside_cars_and_percentages_give_shares_of_heavy_vehicles() {
     let classes = "INTID,nb_cars_t,nb_truck_t,nb_bus_t,sb_cars_t\n7,90,6,4,50\n";
-    let joined = counts(classes).into_approaches(&cross(), &[]).unwrap();
+    let joined = counts(classes).into_approaches(&cross(), &[], RIGHT).unwrap();
     let south = joined.approaches[2].counted.unwrap();
     assert_eq!((south.through_vph, south.heavy_vehicles), (100.0, Some(0.1)));
     assert!(doubts(&joined).contains("read as the vehicles of an hour (intersection 7)"));
     let percent = "INTID,NBL,NBT,NBR,NB HV %\n7,10,80,10,5\n";
-    let joined = counts(percent).into_approaches(&cross(), &[]).unwrap();
+    let joined = counts(percent).into_approaches(&cross(), &[], RIGHT).unwrap();
     assert_eq!(joined.approaches[2].counted.unwrap().heavy_vehicles, Some(0.05));
 }
 
@@ -123,7 +130,8 @@ fn trucks_beside_cars_and_percentages_give_shares_of_heavy_vehicles() {
 fn turns_fit_the_exits_that_exist() {
     // A fork: from the south the exits lie half left and right, which a count calls left and through.
     let fork = table(&[("7", &[(60.0, "lr"), (180.0, "lr"), (300.0, "lr")])]);
-    let joined = counts("INTID,NBL,NBT,NBR\n7,30,70,0\n").into_approaches(&fork, &[]).unwrap();
+    let joined =
+        counts("INTID,NBL,NBT,NBR\n7,30,70,0\n").into_approaches(&fork, &[], RIGHT).unwrap();
     assert_eq!(volumes(&joined)[1], Some([30.0, 0.0, 70.0]));
     assert!(
         doubts(&joined)
@@ -132,7 +140,7 @@ fn turns_fit_the_exits_that_exist() {
     // A T without an arm to the west.
     let tee = table(&[("7", &[(0.0, ""), (90.0, ""), (180.0, "")])]);
     let text = "INTID,NBL,NBT,NBR,NBU,EBT,EBL,EBR\n7,3,60,10,2,4,0,0\n";
-    let joined = counts(text).into_approaches(&tee, &[]).unwrap();
+    let joined = counts(text).into_approaches(&tee, &[], RIGHT).unwrap();
     assert_eq!(volumes(&joined)[2], Some([0.0, 60.0, 10.0]));
     let said = doubts(&joined);
     for expected in [
@@ -141,23 +149,27 @@ fn turns_fit_the_exits_that_exist() {
     ] {
         assert!(said.contains(expected), "{expected}: {said}");
     }
-    let joined =
-        counts("INTID,NBL,NBT,NBR,NBU\n7,3,60,10,2\n").into_approaches(&cross(), &[]).unwrap();
+    let joined = counts("INTID,NBL,NBT,NBR,NBU\n7,3,60,10,2\n")
+        .into_approaches(&cross(), &[], RIGHT)
+        .unwrap();
     assert_eq!(volumes(&joined)[2], Some([5.0, 60.0, 10.0]));
     assert!(doubts(&joined).contains("U-turns count as left turns (intersection 7, NB: 2 veh/h)"));
     // A turn that exists keeps its vehicles, whatever the others are called.
-    let joined = counts("INTID,NBL,NBT,NBR\n7,2,300,0\n").into_approaches(&tee, &[]).unwrap();
+    let joined =
+        counts("INTID,NBL,NBT,NBR\n7,2,300,0\n").into_approaches(&tee, &[], RIGHT).unwrap();
     assert_eq!(volumes(&joined)[2], Some([0.0, 300.0, 2.0]));
 }
 
 #[test]
 fn what_was_not_counted_or_has_several_exits_is_said() {
-    let joined =
-        counts("INTID,NBL,NBT,SBT,SBR,SBL\n7,3,60,*,5,6\n").into_approaches(&cross(), &[]).unwrap();
+    let joined = counts("INTID,NBL,NBT,SBT,SBR,SBL\n7,3,60,*,5,6\n")
+        .into_approaches(&cross(), &[], RIGHT)
+        .unwrap();
     let said = doubts(&joined);
     assert!(said.contains("were not counted, and have no vehicles (intersection 7, NB right; intersection 7, SB through)"), "{said}");
     let five = table(&[("7", &[(0.0, ""), (45.0, ""), (90.0, ""), (180.0, ""), (270.0, "")])]);
-    let joined = counts("INTID,SBL,SBT,SBR\n7,60,200,40\n").into_approaches(&five, &[]).unwrap();
+    let joined =
+        counts("INTID,SBL,SBT,SBR\n7,60,200,40\n").into_approaches(&five, &[], RIGHT).unwrap();
     assert!(
         doubts(&joined).contains("(intersection 7, SB left: 60 veh/h to 2 exits)"),
         "{}",
@@ -170,7 +182,7 @@ fn mornings_and_evenings_may_be_in_files_of_their_own() {
     let mut both = counts("Time,INTID,NBL,NBT,NBR\n07:00,7,1,100,1\n08:00,7,1,90,1\n");
     both.add(b"Time,INTID,NBL,NBT,NBR\n16:00,7,1,200,1\n17:00,7,1,90,1\n", "d.csv").unwrap();
     let periods = ["am=06:00-09:00", "pm=15:00-18:00"].map(|p| p.parse().unwrap());
-    let joined = both.into_approaches(&cross(), &periods).unwrap();
+    let joined = both.into_approaches(&cross(), &periods, RIGHT).unwrap();
     let south: Vec<f64> = joined
         .approaches
         .iter()
@@ -186,7 +198,7 @@ fn a_week_is_the_mean_of_its_working_days() {
     for (day, through) in [("11/6/2026", 100), ("11/7/2026", 900), ("11/9/2026", 300)] {
         text += &format!("{day},17:00,7,0,{through},0\n{day},18:00,7,0,1,0\n");
     }
-    let joined = counts(&text).into_approaches(&cross(), &[]).unwrap();
+    let joined = counts(&text).into_approaches(&cross(), &[], RIGHT).unwrap();
     assert_eq!(volumes(&joined)[2], Some([0.0, 200.0, 0.0]));
     assert!(doubts(&joined).contains("intersection 7: 2 days, without weekends (1)"));
 }
@@ -224,14 +236,14 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
     let e = refused("INTID,NBL,NBT,NBR RTOR,SBT\n7,1,2,3,4\n");
     assert!(e.contains("column NBR RTOR may count vehicles, and is not"), "{e}");
     let e = counts("INTID,Time,NBL,NBT,NBR\n7,07:00,1,2,3\n7,07:25,1,2,3\n")
-        .into_approaches(&cross(), &[])
+        .into_approaches(&cross(), &[], RIGHT)
         .unwrap_err()
         .to_string();
     assert!(e.contains("line 3: 25 minutes after the row"), "{e}");
     let e = refused("Period End,INTID,NBL,NBT,NBR\n07:15,7,1,2,3\n");
     assert!(e.contains("ends of intervals only"), "{e}");
     let twelve = "Time,INTID,NBL,NBT,NBR\n8:00,7,1,5,3\n9:00,7,1,5,3\n4:00,7,1,5,3\n5:00,7,1,5,3\n";
-    let e = counts(twelve).into_approaches(&cross(), &[]).unwrap_err().to_string();
+    let e = counts(twelve).into_approaches(&cross(), &[], RIGHT).unwrap_err().to_string();
     assert!(
         e.contains(
             "line 4: 04:00 comes after 09:00 on the same day; write 16:00 if it is the afternoon"
@@ -239,7 +251,7 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
         "{e}"
     );
     let elsewhere = counts("INTID,NBL,NBT,NBR\n99,1,5,3\n")
-        .into_approaches(&cross(), &[])
+        .into_approaches(&cross(), &[], RIGHT)
         .unwrap_err()
         .to_string();
     assert!(
@@ -249,13 +261,14 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
     let mut two = cross();
     two.extend(table(&[("8", &[(0.0, ""), (180.0, "")])]));
     let nameless =
-        counts("NBL,NBT,NBR\n1,5,3\n").into_approaches(&two, &[]).unwrap_err().to_string();
+        counts("NBL,NBT,NBR\n1,5,3\n").into_approaches(&two, &[], RIGHT).unwrap_err().to_string();
     assert!(nameless.contains("add a column INTID"), "{nameless}");
-    let twice =
-        counts("INTID,NBL,NBT,NBR\n7,1,5,3\n7,1,5,3\n").into_approaches(&cross(), &[]).unwrap_err();
+    let twice = counts("INTID,NBL,NBT,NBR\n7,1,5,3\n7,1,5,3\n")
+        .into_approaches(&cross(), &[], RIGHT)
+        .unwrap_err();
     assert!(twice.to_string().contains("line 3: a second row of the same intersection"), "{twice}");
     let quarter = "15 Minute Counts\nTIME,INTID,NBL,NBT,NBR\n1700,7,1,5,3\n";
-    let short = counts(quarter).into_approaches(&cross(), &[]).unwrap_err().to_string();
+    let short = counts(quarter).into_approaches(&cross(), &[], RIGHT).unwrap_err().to_string();
     assert!(short.contains("no hour is complete: rows of 15 minutes were counted"), "{short}");
 }
 
@@ -274,12 +287,202 @@ fn names_are_compared_without_case_leading_zeros_and_what_separates_words() {
 fn pedestrians_cross_the_arm_that_their_column_names_or_any() {
     let text = "INTID,Time,NBL,NBT,NBR,SBT,EBT,WBT,NB Peds,SB Peds CW,SB Peds CCW,PED\n\
                 7,07:00,1,2,3,4,5,6,30,7,8,20\n7,08:00,0,0,1,0,0,0,1,1,1,1\n";
-    let joined = counts(text).into_approaches(&cross(), &[]).unwrap();
+    let joined = counts(text).into_approaches(&cross(), &[], RIGHT).unwrap();
     let walk = joined.approaches.iter().map(|a| a.counted.unwrap().pedestrians_per_h.unwrap());
     // North, east, south, west: those of no direction are 5 each.
     assert_eq!(walk.collect::<Vec<_>>(), [20.0, 5.0, 35.0, 5.0]);
     let said = doubts(&joined);
     assert!(said.contains("divided equally among the crosswalks (intersection 7: 20)"), "{said}");
-    let without = counts("INTID,NBL,NBT,SBT\n7,1,2,3\n").into_approaches(&cross(), &[]).unwrap();
+    let without =
+        counts("INTID,NBL,NBT,SBT\n7,1,2,3\n").into_approaches(&cross(), &[], RIGHT).unwrap();
     assert_eq!(without.approaches[0].counted.unwrap().pedestrians_per_h, None);
+}
+
+/// Rows of northbound through traffic below the names of their columns.
+fn northbound(first: &str, rows: &[(&str, u32)]) -> String {
+    let rows = rows.iter().map(|(row, through)| format!("{row},7,1,{through},1\n"));
+    format!("{first},INTID,NBL,NBT,NBR\n{}", rows.collect::<String>())
+}
+
+/// The northbound through vehicles of the crossing, in the first period.
+fn through(joined: &Joined) -> f64 {
+    joined.approaches[2].counted.unwrap().through_vph
+}
+
+/// A sheet of a workbook, with empty rows above.
+fn sheet(name: &str, text: &str, above: i64) -> Source<'static> {
+    Source {
+        bytes: Cow::Owned(text.as_bytes().to_vec()),
+        rows: ("row", above),
+        sheet: name.to_owned(),
+    }
+}
+
+#[test]
+fn every_sheet_that_names_movements_is_read() {
+    let mut counts = TurningCounts::default();
+    let sheets = [
+        sheet("Notes", "counted by hand\n", 0),
+        sheet("AM", &northbound("Time", &[("07:00", 100)]), 0),
+        sheet("PM", &northbound("Time", &[("16:00", 200)]), 0),
+    ];
+    counts.add_sheets(&sheets, "c.xlsx").unwrap();
+    let periods = ["am=06:00-09:00", "pm=15:00-18:00"].map(|p| p.parse().unwrap());
+    let joined = counts.into_approaches(&cross(), &periods, RIGHT).unwrap();
+    assert_eq!(through(&joined), 100.0);
+    assert_eq!(joined.approaches[6].counted.unwrap().through_vph, 200.0);
+    let said = doubts(&joined);
+    assert!(
+        said.contains("c.xlsx: sheets that name no movements are passed over (Notes)"),
+        "{said}"
+    );
+}
+
+#[test]
+fn sheets_are_named_in_messages_with_the_rows_of_the_workbook() {
+    let refused = |sheets: &[Source<'_>]| {
+        let mut counts = TurningCounts::default();
+        let read = counts.add_sheets(sheets, "c.xlsx");
+        let joined = read.and_then(|()| counts.into_approaches(&cross(), &[], RIGHT));
+        joined.unwrap_err().to_string()
+    };
+    let good = northbound("Time", &[("07:00", 100)]);
+    let e = refused(&[sheet("AM", &good, 0), sheet("PM", &northbound("Time", &[("4h", 1)]), 9)]);
+    assert!(e.starts_with("c.xlsx, sheet PM, line 11: time \"4h\" is not understood"), "{e}");
+    let e = refused(&[sheet("Cars", &good, 0), sheet("Trucks", &good, 0)]);
+    assert!(
+        e.contains("the same time as line 2; remove one of the two, or the sheet that has a part of the vehicles"),
+        "{e}"
+    );
+}
+
+#[test]
+fn a_date_may_have_a_time_beside_the_column_of_times() {
+    let minutes = ["7:00", "7:15", "7:30", "7:45"];
+    for day in ["11/5/2026 TIME", "11/5/2026 0:00", "46331.3", "7-Nov-2026"] {
+        let rows = minutes.map(|time| (format!("{},{time}", day.replace("TIME", time)), 25));
+        let rows: Vec<(&str, u32)> = rows.iter().map(|(row, n)| (row.as_str(), *n)).collect();
+        let joined = counts(&northbound("Date,Time", &rows));
+        let joined = joined.into_approaches(&cross(), &[], RIGHT).unwrap();
+        assert_eq!(through(&joined), 100.0, "{day}");
+    }
+    let german = counts(&northbound("Date", &[("5.11.2026", 100), ("6.11.2026", 300)]));
+    let e = german.into_approaches(&cross(), &[], RIGHT).unwrap_err().to_string();
+    assert!(e.contains("line 3: a second row of the same intersection"), "{e}");
+}
+
+#[test]
+fn times_after_midnight_may_have_points() {
+    let rows = [("0.00", 10), ("0.15", 20), ("0.30", 30), ("0.45", 40)];
+    let joined = counts(&northbound("Time", &rows)).into_approaches(&cross(), &[], RIGHT).unwrap();
+    assert_eq!(through(&joined), 100.0);
+}
+
+#[test]
+fn dates_that_are_not_understood_leave_weekends_in_and_are_said() {
+    let rows = [("11/7/2026,07:00", 100), ("day 2,07:00", 300)];
+    let joined = counts(&northbound("Date,Time", &rows));
+    let joined = joined.into_approaches(&cross(), &[], RIGHT).unwrap();
+    assert_eq!(through(&joined), 200.0);
+    let said = doubts(&joined);
+    assert!(
+        said.contains("write all of them like 2026-11-05 (intersection 7: \"day 2\")"),
+        "{said}"
+    );
+}
+
+#[test]
+fn one_intersection_shows_for_all_whether_the_day_comes_first() {
+    let mut intersections = cross();
+    intersections.extend(table(&[("8", &[(0.0, ""), (180.0, "")])]));
+    // Day first, the 8th of November is a Sunday; month first, the 11th of August is none.
+    let text = "Date,Time,INTID,NBL,NBT,NBR\n6/11/2026,07:00,7,1,100,1\n8/11/2026,07:00,7,1,900,1\n\
+                13/11/2026,07:00,8,1,100,1\n";
+    let joined = counts(text).into_approaches(&intersections, &[], RIGHT).unwrap();
+    assert_eq!(through(&joined), 100.0);
+}
+
+#[test]
+fn a_weekend_counts_in_a_period_without_working_days() {
+    let rows = [("11/6/2026,07:00", 100), ("11/7/2026,16:00", 200)];
+    let periods = ["pm=15:00-18:00", "am=06:00-09:00"].map(|p| p.parse().unwrap());
+    let joined = counts(&northbound("Date,Time", &rows));
+    let joined = joined.into_approaches(&cross(), &periods, RIGHT).unwrap();
+    assert_eq!(through(&joined), 200.0);
+    let said = doubts(&joined);
+    assert!(
+        said.contains(
+            "one of a weekend, because no working day was counted then (intersection 7, pm)"
+        ),
+        "{said}"
+    );
+}
+
+#[test]
+fn arms_that_are_called_by_directions_keep_them() {
+    // The street bends: its northbound end lies in the east.
+    let mut arms = cross();
+    for (arm, name) in arms[0].arms.iter_mut().zip(["EB", "NB Main St", "WB", "SB Main St"]) {
+        arm.arm = name.to_owned();
+    }
+    let text = "INTID,NBL,NBT,SBT,EBT,NB Peds\n7,1,100,50,7,30\n";
+    let joined = counts(text).into_approaches(&arms, &[], RIGHT).unwrap();
+    let through = joined.approaches.iter().map(|a| a.counted.unwrap().through_vph);
+    assert_eq!(through.collect::<Vec<_>>(), [7.0, 100.0, 0.0, 50.0]);
+    assert_eq!(joined.approaches[1].counted.unwrap().pedestrians_per_h, Some(30.0));
+}
+
+#[test]
+fn u_turns_belong_to_the_turn_across_opposing_traffic() {
+    let text = "INTID,NBL,NBT,NBR,NBU\n7,3,60,10,2\n";
+    let joined = counts(text).into_approaches(&cross(), &[], DrivingSide::Left).unwrap();
+    assert_eq!(volumes(&joined)[2], Some([3.0, 60.0, 12.0]));
+    let said = doubts(&joined);
+    assert!(said.contains("U-turns count as right turns (intersection 7, NB: 2 veh/h)"), "{said}");
+}
+
+#[test]
+fn pedestrians_cross_the_arm_that_the_vehicles_of_their_direction_have() {
+    let skew = table(&[("7", &[(220.0, ""), (135.0, ""), (0.0, "")])]);
+    let text = "INTID,NBL,NBR,SBL,SBR,EBL,EBR,NB Peds\n7,11,12,21,22,31,32,25\n";
+    let joined = counts(text).into_approaches(&skew, &[], RIGHT).unwrap();
+    let of = |of: &dyn Fn(Counted) -> f64| {
+        joined.approaches.iter().map(|a| of(a.counted.unwrap())).collect::<Vec<_>>()
+    };
+    assert_eq!(of(&|c| c.total_vph()), [63.0, 23.0, 43.0]);
+    assert_eq!(of(&|c| c.pedestrians_per_h.unwrap()), [0.0, 25.0, 0.0]);
+}
+
+#[test]
+fn pedestrians_beyond_what_is_simulated_are_said() {
+    let joined = counts("INTID,NBL,NBT,NBR,NB Peds\n7,1,2,3,9000\n");
+    let joined = joined.into_approaches(&cross(), &[], RIGHT).unwrap();
+    assert_eq!(joined.approaches[2].counted.unwrap().pedestrians_per_h, Some(3600.0));
+    let said = doubts(&joined);
+    assert!(said.contains("more than 3600 pedestrians per hour cross an arm"), "{said}");
+    assert!(said.contains("(intersection 7, arm 2: 9000)"), "{said}");
+}
+
+#[test]
+fn words_that_look_like_counts_are_none() {
+    for title in ["15 Minute Counts", "Minneapolis, 15 min", "15-mins", "15 minutes each"] {
+        assert_eq!(minutes_of_title(title), Some(15), "{title}");
+    }
+    for title in ["Hwy 5 Minneapolis", "Hwy 5 minster", "Counts"] {
+        assert_eq!(minutes_of_title(title), None, "{title}");
+    }
+    // A title between two tables.
+    let tables = [("07:00", 100), ("08:00", 50)].map(|row| northbound("Time", &[row]));
+    let text = tables.join("5th Avenue counts\n");
+    let joined = counts(&text).into_approaches(&cross(), &[], RIGHT).unwrap();
+    assert_eq!(through(&joined), 100.0);
+    assert!(doubts(&joined).contains("(line 3: 5th Avenue counts)"), "{}", doubts(&joined));
+    // Net is a sum beside other streets, and traffic beside the rest of its street.
+    let net = counts("INTID,NBL,NBT,NBR,Net\n7,1,100,1,102\n");
+    let net = net.into_approaches(&cross(), &[], RIGHT).unwrap();
+    assert!(doubts(&net).contains("columns that are not used: Net"), "{}", doubts(&net));
+    let diagonal = table(&[("7", &[(45.0, ""), (135.0, ""), (225.0, "")])]);
+    let net = counts("INTID,NEL,NET,NER\n7,0,100,0\n");
+    let net = net.into_approaches(&diagonal, &[], RIGHT).unwrap();
+    assert_eq!(volumes(&net)[2], Some([0.0, 100.0, 0.0]));
 }
