@@ -46,6 +46,10 @@ const DECELERATION_MPS2: f64 = 3.05;
 /// Length of a vehicle that clears the junction, metres (ITE: 20 ft).
 const VEHICLE_M: f64 = 6.1;
 
+/// Lowest speed at which a vehicle clears the junction, metres per second: that of somebody who walks. Networks have
+/// approaches with a speed limit of 0. Our choice.
+const SLOWEST_MPS: f64 = 1.4;
+
 /// Longest yellow, seconds (MUTCD).
 const MAX_YELLOW_S: u32 = 6;
 
@@ -151,7 +155,7 @@ impl Timing {
 
     /// Returns the change interval of an approach by ITE's formula.
     fn kinematic(&self, approach: usize) -> Change {
-        let speed_mps = self.approaches[approach].speed_mps;
+        let speed_mps = self.approaches[approach].speed_mps.max(SLOWEST_MPS);
         let yellow_s = REACTION_S + speed_mps / (2.0 * DECELERATION_MPS2);
         let red_s = (self.crossing_m(approach) + VEHICLE_M) / speed_mps;
         let yellow = whole(yellow_s).min(MAX_YELLOW_S).max(self.settings.yellow_time_s);
@@ -291,6 +295,15 @@ mod tests {
         // The slow approach: 3.20 + 2.69 s; the fast one: 4.66 + 1.62 s.
         let change = fast.change(THROUGH, OTHER).unwrap();
         assert_eq!((change.yellow_s, change.all_red_s), (5, 2));
+    }
+
+    #[test]
+    fn an_approach_without_speed_is_cleared_on_foot() {
+        let mut still = cross(&field());
+        still.approaches[0].speed_mps = 0.0;
+        // It: yellow 3, both 1 + 1.4 / 6.1 + (12.8 + 6.1) / 1.4 = 14.73 s; the opposite one: yellow 4 s.
+        let change = still.change(THROUGH, OTHER).unwrap();
+        assert_eq!((change.yellow_s, change.all_red_s), (4, 12));
     }
 
     #[test]

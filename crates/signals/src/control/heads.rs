@@ -3,7 +3,8 @@
 //! Movements that share a lane leave it one vehicle after the other. A phase that serves some of them alone
 //! lets vehicles go until the first one that it does not serve; then nothing moves on that lane, however long its
 //! queue is and however long the phase lasts. Nobody sees where the first vehicle wants to go, but one that has stood
-//! through a whole interval of green makes none of the movements that had it.
+//! through a whole interval of green makes none of the movements that had it. The phase that is seen is the one that
+//! was asked for, also during the change to it, so an interval is one of green only once the change is over.
 
 use super::{LaneObservation, Light, Observation, Phase, SignalSpec};
 
@@ -16,6 +17,10 @@ const SAME_VEHICLE: f64 = 0.95;
 pub(super) struct Heads {
     /// What the last decision saw: the phase and the lanes.
     last: Option<(usize, Vec<LaneObservation>)>,
+    /// Time since the decision for the phase that is seen, seconds.
+    asked_s: f64,
+    /// Time that the change to it takes, seconds.
+    change_s: f64,
     /// Whether the first vehicle of a lane (row) is known not to make a movement (column).
     excluded: Vec<Vec<bool>>,
 }
@@ -23,19 +28,27 @@ pub(super) struct Heads {
 impl Heads {
     /// Returns what is known before anything was seen.
     pub(super) fn new(signal: &SignalSpec) -> Self {
-        Self { last: None, excluded: vec![vec![false; signal.movements.len()]; signal.lanes.len()] }
+        let excluded = vec![vec![false; signal.movements.len()]; signal.lanes.len()];
+        Self { excluded, ..Self::default() }
     }
 
     /// Takes in what was seen at a decision, `decision_s` after the one before.
     pub(super) fn update(&mut self, signal: &SignalSpec, seen: &Observation, decision_s: f64) {
         let last = self.last.replace((seen.phase, seen.lanes.clone()));
         let Some((phase, lanes)) = last else { return };
+        if phase == seen.phase {
+            self.asked_s += decision_s;
+        } else {
+            self.asked_s = decision_s;
+            self.change_s = signal.limits.change_s[phase][seen.phase];
+        }
+        let was_green = phase == seen.phase && self.asked_s >= self.change_s + decision_s;
         let green = |phase: &Phase, m: usize| phase.service[m] != Light::Red;
         for (lane, excluded) in self.excluded.iter_mut().enumerate() {
             let waited = seen.lanes[lane].max_wait_s - lanes[lane].max_wait_s;
             if lanes[lane].max_wait_s <= 0.0 || waited < SAME_VEHICLE * decision_s {
                 excluded.fill(false);
-            } else if phase == seen.phase {
+            } else if was_green {
                 // Green from the first second to the last. A vehicle that only had to wait for a gap is taken for one of
                 // another movement, which costs it a green.
                 let of_lane = |m: &usize| signal.movements[*m].lanes.contains(&lane);
@@ -114,6 +127,21 @@ mod tests {
         assert_eq!(after(&[(1, 5.0)]), NOTHING);
         assert_eq!(after(&[(0, 5.0), (1, 15.0)]), NOTHING);
         assert_eq!(after(&[(1, 0.0), (1, 3.0)]), NOTHING);
+    }
+
+    #[test]
+    fn with_decisions_faster_than_changes_nothing_is_known_before_the_first_second_of_green() {
+        let mut signal = shared();
+        signal.limits.change_s[2][1] = 4.0;
+        let mut heads = Heads::new(&signal);
+        heads.update(&signal, &seen(2, 5.0), 1.0);
+        // Asked for at second 0, green from 4 s on.
+        for second in 1..5 {
+            heads.update(&signal, &seen(1, 5.0 + f64::from(second)), 1.0);
+            assert!(!heads.excluded[0].contains(&true), "{second} s");
+        }
+        heads.update(&signal, &seen(1, 10.0), 1.0);
+        assert_eq!(heads.excluded[0], [false, true, false]);
     }
 
     #[test]

@@ -27,21 +27,23 @@ pub fn covering(signal: &SignalSpec) -> Vec<Vec<usize>> {
 /// Returns the sets that serve every movement at least as well as `wanted`, or as well as any
 /// phase does, and from which no phase can be left out.
 fn minimal(signal: &SignalSpec, wanted: Light) -> Vec<Vec<usize>> {
-    let served: Vec<u64> = signal
+    // By phase and movement.
+    let served: Vec<Vec<bool>> = signal
         .phases
         .iter()
         .map(|phase| {
-            phase.service.iter().enumerate().fold(0, |bits, (m, service)| {
+            let enough = |(m, service): (usize, &Light)| {
                 let best = signal.phases.iter().map(|p| p.service[m]).max();
-                let enough = best.map_or(wanted, |b| b.min(wanted)).max(Light::Permissive);
-                bits | (u64::from(*service >= enough) << m)
-            })
+                *service >= best.map_or(wanted, |b| b.min(wanted)).max(Light::Permissive)
+            };
+            phase.service.iter().enumerate().map(enough).collect()
         })
         .collect();
-    let all = served.iter().fold(0, |a, b| a | b);
+    let ever = |m: &usize| served.iter().any(|phase| phase[*m]);
+    let all: Vec<usize> = (0..signal.movements.len()).filter(ever).collect();
     let covers = |set: u32| {
-        served.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1).fold(0, |a, (_, b)| a | b)
-            == all
+        let serves = |m: &usize| (0..served.len()).any(|i| set >> i & 1 == 1 && served[i][*m]);
+        all.iter().all(serves)
     };
     let mut sets: Vec<u32> = (1..1u32 << served.len())
         .filter(|set| covers(*set))
@@ -63,6 +65,13 @@ mod tests {
         // Movements: through NS, left NS, through EW, left EW.
         let signal = signal_with(&[[G, g, N, N], [N, G, N, N], [N, N, G, g], [N, N, N, G]]);
         assert_eq!(covering(&signal), vec![vec![0, 2], vec![0, 1, 2, 3]]);
+    }
+
+    #[test]
+    fn many_movements_are_told_apart() {
+        let (mut first, mut last) = ([G; 65], [N; 65]);
+        (first[64], last[64]) = (N, G);
+        assert_eq!(covering(&signal_with(&[first, last])), vec![vec![0, 1]]);
     }
 
     #[test]

@@ -20,6 +20,10 @@ const ROUNDING_S: f64 = 1e-6;
 /// Smallest flow ratio of a phase, so that a phase without counted vehicles gets some green.
 const MIN_FLOW_RATIO: f64 = 0.01;
 
+/// Least green of all phases together, seconds: where the formula's cycle is no longer than the changes in it, this keeps
+/// the ratios of the greens, which limits then lengthen.
+const LEAST_GREEN_S: f64 = 1.0;
+
 /// Factor of the lost time in Webster's cycle.
 const LOST_TIME_FACTOR: f64 = 1.5;
 
@@ -59,7 +63,7 @@ pub fn greens(
     } else {
         limits.max_cycle_s
     };
-    let green_s = (cycle_s - limits.lost_s(phases)).max(0.0);
+    let green_s = (cycle_s - limits.lost_s(phases)).max(LEAST_GREEN_S);
     let greens: Vec<f64> = ratios.iter().map(|r| green_s * r / total).collect();
     within(signal, phases, &greens)
 }
@@ -210,6 +214,15 @@ mod tests {
         assert_eq!(within(&signal, &[0, 1], &[9.0, 18.0]), [24.0, 30.0]);
         let signal = limited([7.0, 7.0], [20.0; 2], [60.0, 120.0]);
         assert_eq!(within(&signal, &[0, 1], &[9.0, 18.0]), [20.0, 20.0]);
+    }
+
+    #[test]
+    fn greens_keep_their_ratios_where_the_formula_s_cycle_is_no_longer_than_the_changes() {
+        let mut signal = limited([7.0, 7.0], [f64::INFINITY; 2], [60.0, 120.0]);
+        signal.limits.change_s = vec![vec![0.0, 5.0], vec![5.0, 0.0]];
+        let constants = Constants { lost_time_s: 0.0, ..CONSTANTS };
+        // Ratios 0.05 and 0.1: cycle 5 / 0.85 = 5.9 s, of which the changes take 10 s.
+        assert_eq!(greens(&signal, &[0, 1], &[90.0, 180.0], &constants), [17.0, 33.0]);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! How vehicles fare that drive along all signals of a street, second by second.
 //!
 //! - **Who counts**: a vehicle that was seen before the first stop line of a street and goes straight on at every one. It is
-//!   one that has passed the last stop line; those under way at the end of the episode do not count.
+//!   one that has passed the last stop line; those under way at the end of the episode do not count. It may be on any lane of
+//!   the signals, such as to overtake: its next link says where it goes.
 //! - **Time** is from the first second on a lane of the first signal, or upstream of it within the detection distance, to the
 //!   second after the last stop line. What a vehicle waited to enter the network is not in it.
 //! - **Delay** is the time beyond that at the speed limit of the lanes before the stop lines.
@@ -52,7 +53,7 @@ pub struct Along {
     streets: Vec<StreetResult>,
     /// Speed limit before the first stop line of each street, metres per second.
     first_mps: Vec<f64>,
-    /// Streets and stops by lane of the scene.
+    /// Streets and stops by lane of the scene: all lanes of the signal of a stop.
     of_lane: Vec<Vec<(usize, usize)>>,
     under_way: BTreeMap<(u32, usize), UnderWay>,
     sums: Vec<Sums>,
@@ -64,14 +65,9 @@ impl Along {
     pub(super) fn new(scene: &Scene, signals: &[DerivedSignal], side: DrivingSide) -> Option<Self> {
         let specs: Vec<SignalSpec> = signals.iter().map(|signal| signal.spec.clone()).collect();
         let found = streets(&specs);
-        let mut along = Self { of_lane: vec![Vec::new(); scene.lanes.len()], ..Self::default() };
-        for (number, Street { stops }) in found.iter().enumerate() {
-            for (place, stop) in stops.iter().enumerate() {
-                let signal = &signals[stop.signal];
-                for lane in &signal.spec.movements[stop.movement].lanes {
-                    along.of_lane[signal.lanes[*lane]].push((number, place));
-                }
-            }
+        let of_lane = stops_of_lanes(&found, signals, scene.lanes.len());
+        let mut along = Self { of_lane, ..Self::default() };
+        for Street { stops } in &found {
             let first = &signals[stops[0].signal];
             let lane = first.spec.movements[stops[0].movement].lanes[0];
             let lane = &scene.lanes[first.lanes[lane]];
@@ -100,14 +96,21 @@ impl Along {
     pub(super) fn second(&mut self, snapshot: &Snapshot, time_s: f64) {
         self.round += 1;
         for vehicle in &snapshot.vehicles {
-            let Some(link) = vehicle.link else { continue };
             for &(street, stop) in &self.of_lane[vehicle.lane as usize] {
-                if !self.streets[street].stops[stop].links.contains(&(link as usize)) {
-                    continue;
-                }
+                let links = &self.streets[street].stops[stop].links;
                 let halted = vehicle.speed_mps < HALT_MPS;
                 let key = (vehicle.vehicle, street);
-                let Some(known) = self.under_way.get_mut(&key) else {
+                let known = self.under_way.get_mut(&key);
+                let is_on = match (vehicle.link, &known) {
+                    (Some(link), _) => links.contains(&(link as usize)),
+                    // It has to change lanes first.
+                    (None, Some(known)) => known.stop == stop,
+                    (None, None) => false,
+                };
+                if !is_on {
+                    continue;
+                }
+                let Some(known) = known else {
                     if stop == 0 {
                         self.under_way.insert(
                             key,
@@ -161,10 +164,34 @@ impl Along {
     }
 }
 
+/// Returns streets and stops by lane of the scene.
+fn stops_of_lanes(
+    streets: &[Street],
+    signals: &[DerivedSignal],
+    lanes: usize,
+) -> Vec<Vec<(usize, usize)>> {
+    let mut of_lane = vec![Vec::new(); lanes];
+    for (street, Street { stops }) in streets.iter().enumerate() {
+        for (place, stop) in stops.iter().enumerate() {
+            for lane in &signals[stop.signal].lanes {
+                of_lane[*lane].push((street, place));
+            }
+        }
+    }
+    of_lane
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::streets::Stop;
+    use crate::env::derive::derive;
+    use crate::env::testing::crossing;
+    use crate::settings::SignalSettings;
     use crate::sim::VehicleState;
+
+    /// The link of a vehicle whose lane does not lead where it goes.
+    const NOWHERE: u32 = u32::MAX;
 
     fn street() -> Along {
         let stop = |signal: &str, at_m, after_s| StreetStop {
@@ -180,7 +207,7 @@ mod tests {
                 episodes: vec![],
             }],
             first_mps: vec![10.0],
-            of_lane: vec![vec![(0, 0)], vec![(0, 1)]],
+            of_lane: vec![vec![(0, 0)], vec![(0, 1)], vec![(0, 1)]],
             sums: vec![Sums::default()],
             ..Along::default()
         }
@@ -192,7 +219,7 @@ mod tests {
         for (time_s, seen) in (0..).zip(seconds) {
             let vehicles = seen.map(|(lane, link, distance_m, speed_mps)| VehicleState {
                 lane,
-                link: Some(link),
+                link: (link != NOWHERE).then_some(link),
                 vehicle: 7,
                 speed_mps,
                 distance_m,
@@ -218,6 +245,34 @@ mod tests {
         // 6 s for 50 m and the 10 s between the stop lines.
         let expected = StreetEpisode { vehicles: 1, travel_s: 6.0, delay_s: -9.0, stops: 2.0 };
         assert_eq!(driven(&seconds), expected);
+    }
+
+    #[test]
+    fn who_overtakes_on_a_lane_of_another_movement_is_still_under_way() {
+        let seconds = |lane, link| {
+            [
+                Some((0, 1, 50.0, 10.0)),
+                Some((1, 1, 90.0, 9.0)),
+                Some((lane, link, 60.0, 9.0)),
+                Some((1, 1, 30.0, 9.0)),
+                None,
+            ]
+        };
+        let expected = driven(&seconds(1, 1));
+        assert_eq!((expected.vehicles, expected.travel_s), (1, 4.0));
+        assert_eq!(driven(&seconds(2, 1)), expected);
+        assert_eq!(driven(&seconds(2, NOWHERE)), expected);
+    }
+
+    #[test]
+    fn vehicles_are_seen_on_all_lanes_of_a_stop_s_signal() {
+        let scene =
+            crossing(&[("w_0", 90.0, "s"), ("w_1", 90.0, "l"), ("s_0", 0.0, "s")], &["GGG"]);
+        let signal = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        let stop = Stop { signal: 0, movement: 0, after_s: 0.0, at_m: 0.0 };
+        let streets = [Street { stops: vec![stop] }];
+        let of_lane = stops_of_lanes(&streets, &[signal], scene.lanes.len());
+        assert_eq!(of_lane, vec![vec![(0, 0)]; 3]);
     }
 
     #[test]

@@ -76,6 +76,9 @@ pub mod code {
 /// Highest phase whose split has a code.
 const MOST_SPLITS: u32 = 16;
 
+/// Longest cycle of which splits are written, seconds: a day. Programs of networks last as long as they say.
+const MOST_CYCLE_S: f64 = 86_400.0;
+
 /// Length of a presence detector, metres: 20 ft.
 ///
 /// Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapter 4; split failures are defined for such zones (C. M. Day et al.,
@@ -605,7 +608,9 @@ pub(super) fn cycle_of(
     knows_red: bool,
 ) -> Option<CommonCycle> {
     let is_whole = |s: f64| s >= 1.0 && s.fract() == 0.0;
-    if phases.len() < 2 || phases.iter().any(|p| !is_whole(p.duration_s)) {
+    let whole_s: f64 = phases.iter().map(|p| p.duration_s).sum();
+    if phases.len() < 2 || whole_s > MOST_CYCLE_S || phases.iter().any(|p| !is_whole(p.duration_s))
+    {
         return None;
     }
     let cycle: Vec<&str> = (phases.iter())
@@ -712,6 +717,8 @@ mod tests {
         assert_eq!(found, CommonCycle { cycle_s: 40, offset_s: None, splits_s });
         let half = [ProgramPhase::fixed("Grr", 9.5), ProgramPhase::fixed("rGr", 9.5)];
         assert_eq!(cycle_of(&half, &logger(true).phasing, true), None);
+        let endless = [ProgramPhase::fixed("Grr", 1e12), ProgramPhase::fixed("rGr", 10.0)];
+        assert_eq!(cycle_of(&endless, &logger(true).phasing, true), None);
     }
 
     /// Returns code and tenth of a second of what the detectors of a lane write of a vehicle seen at these distances and speeds.

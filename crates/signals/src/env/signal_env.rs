@@ -540,8 +540,9 @@ impl<S: Sim> SignalEnv<S> {
             {
                 seconds = seconds.min(1);
             }
-            self.let_pedestrians_go()?;
+            self.let_pedestrians_go();
             self.run(seconds)?;
+            self.let_pedestrians_follow_programs(seconds)?;
             self.note_lights(seconds)?;
             self.write_second(seconds)?;
             if let Some(along) = &mut self.along {
@@ -563,25 +564,34 @@ impl<S: Sim> SignalEnv<S> {
         Ok(Step { terminated: false, truncated: self.time_s >= self.world.end_s })
     }
 
-    /// Lets pedestrians come, and those go who see WALK; those of two rings go with these.
-    fn let_pedestrians_go(&mut self) -> Result<(), SimError> {
-        if self.pedestrians.iter().all(Option::is_none) {
+    /// Lets pedestrians come to the signals that a controller decides, and those go who see WALK.
+    fn let_pedestrians_go(&mut self) {
+        for (cabinet, pedestrians) in self.cabinets.iter_mut().zip(&mut self.pedestrians) {
+            if let (Some(cabinet), Some(pedestrians)) = (cabinet, pedestrians) {
+                cabinet.second(self.time_s, pedestrians);
+            }
+        }
+    }
+
+    /// Lets pedestrians come to the signals that run a program, and those go who saw WALK in the second that has just gone
+    /// by: only now SUMO says what its programs showed in it.
+    fn let_pedestrians_follow_programs(&mut self, seconds: u32) -> Result<(), SimError> {
+        let has_both = |(program, pedestrians): (&Option<Running>, &Option<Pedestrians>)| {
+            program.is_some() && pedestrians.is_some()
+        };
+        if seconds == 0 || !self.programs.iter().zip(&self.pedestrians).any(has_both) {
             return Ok(());
         }
-        if self.programs.iter().any(Option::is_some) {
-            self.sim.observe(&mut self.snapshot)?;
-        }
+        self.sim.observe(&mut self.snapshot)?;
+        let at_s = self.time_s - f64::from(seconds);
         for (i, pedestrians) in self.pedestrians.iter_mut().enumerate() {
-            let Some(pedestrians) = pedestrians else { continue };
-            if let Some(cabinet) = &mut self.cabinets[i] {
-                cabinet.second(self.time_s, pedestrians);
-            } else if let Some(running) = &self.programs[i] {
-                pedestrians.arrive(self.time_s);
-                let phase = self.snapshot.phases[i] as usize;
-                if let Some(phase) = running.program.phases.get(phase) {
-                    let timing = &self.signals[i].timing;
-                    pedestrians.second_of_program(&phase.state, timing, self.time_s);
-                }
+            let (Some(pedestrians), Some(running)) = (pedestrians, &self.programs[i]) else {
+                continue;
+            };
+            pedestrians.arrive(at_s);
+            let phase = self.snapshot.phases[i] as usize;
+            if let Some(phase) = running.program.phases.get(phase) {
+                pedestrians.second_of_program(&phase.state, &self.signals[i].timing, at_s);
             }
         }
         Ok(())
@@ -781,5 +791,45 @@ fn running(
     match installed {
         Some(program) => Some(made(program, false)),
         None => own().map(|program| made(program, true)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{crossing, minute};
+    use super::*;
+    use crate::env::high_resolution::code;
+    use crate::sim::ProgramPhase;
+    use crate::sim::mock::MockSim;
+
+    #[test]
+    fn pedestrians_begin_to_walk_when_the_green_of_a_program_begins() {
+        let mut scene = crossing(&[("s_0", 180.0, "s"), ("w_0", 270.0, "s")], &["Gr", "rG"]);
+        let phases = ["Gr", "rG"].map(|state| ProgramPhase::fixed(state, 10.0));
+        scene.signals[0].programs[0].phases = phases.to_vec();
+        let settings = SignalSettings {
+            pedestrians: true,
+            pedestrian_calls_per_h: Some(60.0),
+            ..SignalSettings::default()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let mut env = SignalEnv::new(
+            MockSim::new(scene, vec![]),
+            minute(None),
+            settings,
+            SimulationSettings::default(),
+            folder.path().to_path_buf(),
+        );
+        env.reset(1).unwrap();
+        env.write_events(60.0);
+        env.drive(&[Drive::OwnProgram]).unwrap();
+        while !env.step(&[GreenPhase(0)]).unwrap().truncated {}
+        env.finish().unwrap();
+        let events = env.take_recording().events;
+        let begins = |code: u16| -> Vec<(i64, u32)> {
+            events.iter().filter(|e| e.code == code).map(|e| (e.at_ds, e.parameter)).collect()
+        };
+        assert_eq!(begins(code::BEGIN_GREEN).len(), 6);
+        assert_eq!(begins(code::BEGIN_WALK), begins(code::BEGIN_GREEN));
     }
 }

@@ -5,12 +5,14 @@
 //!
 //! Choices:
 //! - **A bay that is nearly as long as the street** ([`LEAST_PIECE_M`]) is none.
-//! - **One lane at least** goes on upstream, also where all lanes turn.
+//! - **One lane at least** goes on upstream, also where the bays would take all lanes: those that go straight on as well at
+//!   the stop line, or else a lane of the longer bay.
 
 use osm_signals::Turn;
 use serde::{Deserialize, Serialize};
 
 use super::intersection::{Arm, IntersectionSpec};
+use super::lanes::turn_only_lanes;
 use super::movements::incoming_edge;
 use crate::family::approaches::LEAST_PIECE_M;
 
@@ -66,15 +68,45 @@ impl Storage {
     }
 }
 
+/// Turn lanes that begin some way before the stop line.
+#[derive(Debug, Clone, Copy, Default)]
+struct Bay {
+    /// Length, metres.
+    length_m: f64,
+    /// Lanes; 0 without a bay.
+    lanes: u32,
+}
+
+/// Returns the bays of an arm to the left and to the right, which leave one lane at least.
+fn bays(spec: &IntersectionSpec, index: usize) -> [Bay; 2] {
+    let arm = &spec.arms[index];
+    let storage = Storage::of(arm);
+    let bay = |turn: Turn, lanes: u32| {
+        let length_m = storage.and_then(|s| s.of_turn(turn));
+        length_m.map_or_else(Bay::default, |length_m| Bay { length_m, lanes })
+    };
+    let mut left = bay(Turn::Left, arm.left_turn_lanes);
+    let mut right = bay(Turn::Right, arm.right_turn_lanes);
+    if left.lanes + right.lanes >= arm.lanes_in {
+        let [left_only, right_only] = turn_only_lanes(spec, index);
+        left.lanes = left.lanes.min(left_only);
+        right.lanes = right.lanes.min(right_only);
+        if left.lanes + right.lanes == arm.lanes_in {
+            let some = [&mut right, &mut left].into_iter().filter(|bay| bay.lanes > 0);
+            if let Some(longer) = some.max_by(|a, b| a.length_m.total_cmp(&b.length_m)) {
+                longer.lanes -= 1;
+            }
+        }
+    }
+    [left, right]
+}
+
 /// Returns the pieces of the street of an arm that leads to the signal, from the signal on.
 pub fn pieces(spec: &IntersectionSpec, index: usize, signal: &str) -> Vec<Piece> {
     let arm = &spec.arms[index];
-    let storage = Storage::of(arm);
-    let bays = [
-        (storage.and_then(|s| s.left_m), arm.left_turn_lanes, true),
-        (storage.and_then(|s| s.right_m), arm.right_turn_lanes, false),
-    ];
-    let mut ends_m: Vec<f64> = bays.iter().filter_map(|(m, ..)| *m).collect();
+    let bays = bays(spec, index);
+    let mut ends_m: Vec<f64> =
+        bays.iter().filter(|bay| bay.lanes > 0).map(|bay| bay.length_m).collect();
     ends_m.sort_by(f64::total_cmp);
     ends_m.dedup();
     let edges = [incoming_edge(index), format!("up{index}"), format!("far{index}")];
@@ -83,15 +115,7 @@ pub fn pieces(spec: &IntersectionSpec, index: usize, signal: &str) -> Vec<Piece>
     let mut to_m = 0.0;
     for (k, edge) in edges.into_iter().take(ends_m.len() + 1).enumerate() {
         let begins_m = ends_m.get(k).copied().unwrap_or(arm.length_m);
-        let (mut left, mut right) = (0, 0);
-        for (bay_m, lanes, is_left) in bays {
-            if bay_m.is_some_and(|bay_m| bay_m <= to_m) {
-                if is_left { left = lanes } else { right = lanes }
-            }
-        }
-        if left + right >= arm.lanes_in {
-            if left > 0 { left -= 1 } else { right -= 1 }
-        }
+        let [left, right] = bays.map(|bay| if bay.length_m <= to_m { bay.lanes } else { 0 });
         pieces.push(Piece {
             edge,
             from: nodes
@@ -122,7 +146,7 @@ pub fn ways(from: &Piece, to: &Piece) -> Vec<(u32, u32)> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::movements::shapes::cross;
+    use super::super::movements::shapes::{cross, tee};
     use super::*;
 
     fn street(lanes: [u32; 3], storage_m: [Option<f64>; 2]) -> Vec<Piece> {
@@ -169,8 +193,48 @@ mod tests {
 
     #[test]
     fn where_all_lanes_turn_one_goes_on() {
+        // The right lane goes straight on as well.
         let pieces = street([2, 1, 1], [Some(40.0), Some(40.0)]);
-        assert_eq!(shape(&pieces)[1], ("up0", 1, 1, 160.0));
+        assert_eq!(shape(&pieces), [("in0", 2, 0, 40.0), ("up0", 1, 0, 160.0)]);
         assert_eq!(ways(&pieces[1], &pieces[0]), [(0, 0), (0, 1)]);
+    }
+
+    /// A stem, whose vehicles turn left or right.
+    fn stem(lanes: [u32; 3], storage_m: [Option<f64>; 2]) -> Vec<Piece> {
+        let mut spec = tee();
+        let arm = &mut spec.arms[1];
+        [arm.lanes_in, arm.left_turn_lanes, arm.right_turn_lanes] = lanes;
+        [arm.left_storage_m, arm.right_storage_m] = storage_m;
+        pieces(&spec, 1, "c")
+    }
+
+    #[test]
+    fn where_nobody_goes_straight_on_a_lane_of_the_longer_bay_goes_on() {
+        let right_longer = stem([2, 1, 1], [Some(45.0), Some(90.0)]);
+        assert_eq!(shape(&right_longer), [("in1", 2, 0, 45.0), ("up1", 1, 0, 155.0)]);
+        let left_longer = stem([2, 1, 1], [Some(90.0), Some(45.0)]);
+        assert_eq!(shape(&left_longer), [("in1", 2, 0, 45.0), ("up1", 1, 1, 155.0)]);
+        let double = stem([3, 2, 1], [Some(90.0), Some(45.0)]);
+        let expected = [("in1", 3, 0, 45.0), ("up1", 2, 1, 45.0), ("far1", 1, 1, 110.0)];
+        assert_eq!(shape(&double), expected);
+    }
+
+    #[test]
+    fn ways_lead_to_lanes_that_exist_and_every_lane_is_reached() {
+        let lengths = [40.0, 80.0].map(Some);
+        for lanes in [[2, 1, 1], [3, 2, 1], [3, 1, 2]] {
+            for storage_m in [[lengths[0], lengths[1]], [lengths[1], lengths[0]], [lengths[0]; 2]] {
+                for pieces in [street(lanes, storage_m), stem(lanes, storage_m)] {
+                    for pair in pieces.windows(2) {
+                        let ways = ways(&pair[1], &pair[0]);
+                        let mut reached: Vec<u32> = ways.iter().map(|way| way.1).collect();
+                        reached.sort_unstable();
+                        let all: Vec<u32> = (0..pair[0].lanes).collect();
+                        assert_eq!(reached, all, "{lanes:?} {storage_m:?}: {pieces:?}");
+                        assert!(ways.iter().all(|way| way.0 < pair[1].lanes), "{pieces:?}");
+                    }
+                }
+            }
+        }
     }
 }

@@ -14,6 +14,9 @@ use basics::units::SECONDS_PER_HOUR;
 /// fit on its roads.
 const MOST_VEHICLES: f64 = 5e7;
 
+/// How far the shares of a stream may be from 1 together: they may be written with two digits.
+const SHARES_SLACK: f64 = 0.02;
+
 /// Longest episode, seconds.
 const LONGEST_S: f64 = 86_400.0;
 
@@ -84,6 +87,12 @@ impl DemandSpec {
             if *inflow_vph < 0.0 || routes.is_empty() || !shares().all(is_share) {
                 return Err(format!("the stream from {from} has no inflow or no shares"));
             }
+            let sum: f64 = shares().sum();
+            if (sum - 1.0).abs() > SHARES_SLACK {
+                return Err(format!(
+                    "the shares of the stream from {from} are {sum} together; correct them so that they are 1"
+                ));
+            }
         }
         Ok(())
     }
@@ -124,6 +133,7 @@ mod tests {
             ("best", "", "\"\" is no name"),
             (r#"{"to":"out1","share":1.0}"#, "", "the stream from in0 has no inflow or no shares"),
             (r#""share":1.0"#, r#""share":-1.0"#, "no inflow or no shares"),
+            (r#""share":1.0"#, r#""share":0.4"#, "from in0 are 0.4 together; correct them"),
             ("_vph\":60.0", "_vph\":-1.0", "no inflow or no shares"),
             ("factor\":1.0", "factor\":0.0", "a peak hour factor of 0"),
             ("factor\":1.0", "factor\":1.0,\"heavy_vehicles\":2.0", "a share of 2 of heavy"),

@@ -54,6 +54,7 @@ struct LaneUse {
     through: Range<u32>,
     right: Range<u32>,
     left_only: u32,
+    right_only: u32,
 }
 
 /// Returns the movements of an intersection and the lanes that they use.
@@ -63,15 +64,8 @@ struct LaneUse {
 /// As [`movements`].
 pub fn layout(spec: &IntersectionSpec) -> Result<LaneLayout, NetworkError> {
     let movements = movements(spec)?;
-    let uses: Vec<LaneUse> = spec
-        .arms
-        .iter()
-        .enumerate()
-        .map(|(i, arm)| {
-            let has = |turn| movements.iter().any(|m| m.from == i && m.turn == turn);
-            lane_use(arm, has(Turn::Left), has(Turn::Through), has(Turn::Right))
-        })
-        .collect();
+    let uses: Vec<LaneUse> =
+        spec.arms.iter().enumerate().map(|(i, arm)| lane_use_of(arm, i, &movements)).collect();
     let lanes: Vec<Range<u32>> = movements
         .iter()
         .map(|m| {
@@ -138,6 +132,18 @@ pub fn turns_left_from_its_own_lanes(layout: &LaneLayout, arm: usize) -> bool {
     left.peek().is_some() && left.all(|lane| lanes(Turn::Through).all(|other| other != lane))
 }
 
+/// Returns how many lanes of an arm turn left alone and right alone; none where the intersection has no movements.
+pub fn turn_only_lanes(spec: &IntersectionSpec, arm: usize) -> [u32; 2] {
+    let movements = movements(spec).unwrap_or_default();
+    let LaneUse { left_only, right_only, .. } = lane_use_of(&spec.arms[arm], arm, &movements);
+    [left_only, right_only]
+}
+
+fn lane_use_of(arm: &Arm, index: usize, movements: &[ArmMovement]) -> LaneUse {
+    let has = |turn| movements.iter().any(|m| m.from == index && m.turn == turn);
+    lane_use(arm, has(Turn::Left), has(Turn::Through), has(Turn::Right))
+}
+
 /// Distributes the lanes of an approach over the turns that exist.
 fn lane_use(arm: &Arm, left: bool, through: bool, right: bool) -> LaneUse {
     let lanes = arm.lanes_in;
@@ -168,6 +174,7 @@ fn lane_use(arm: &Arm, left: bool, through: bool, right: bool) -> LaneUse {
         through: if through { shared } else { lanes..lanes },
         right: if right { 0..right_to } else { 0..0 },
         left_only,
+        right_only,
     }
 }
 

@@ -28,7 +28,8 @@ use super::demand::DemandSpec;
 use super::intersection::IntersectionSpec;
 use super::lanes::{LaneLayout, turns_left_from_its_own_lanes};
 use super::movements::{incoming_edge, opposite};
-use crate::settings::{LeftTurns, NetworkSettings};
+use super::retime::cycle_s;
+use crate::settings::{LeftTurns, NetworkSettings, SignalSettings};
 use basics::units::{SECONDS_PER_HOUR, mph_to_mps};
 
 /// Lanes for left turns from which on they are protected.
@@ -73,9 +74,10 @@ pub fn treatments(
     layout: &LaneLayout,
     demand: &DemandSpec,
     network: &NetworkSettings,
-    setting: LeftTurns,
+    signal: &SignalSettings,
 ) -> Option<Vec<Treatment>> {
-    let asked = match setting {
+    let cycle_s = cycle_s(network, (signal.min_cycle_s, signal.max_cycle_s));
+    let asked = match signal.left_turns {
         LeftTurns::Network => return None,
         LeftTurns::Permissive => Some(Treatment::Permissive),
         LeftTurns::Protected => Some(Treatment::Protected),
@@ -84,7 +86,7 @@ pub fn treatments(
     };
     let of = |arm: usize| match opposite(&layout.movements, arm) {
         Some(other) if turns_left_from_its_own_lanes(layout, arm) => {
-            asked.unwrap_or_else(|| by_rule(spec, layout, demand, network, [arm, other]))
+            asked.unwrap_or_else(|| by_rule(spec, layout, demand, cycle_s, [arm, other]))
         }
         _ => Treatment::Permissive,
     };
@@ -95,7 +97,7 @@ fn by_rule(
     spec: &IntersectionSpec,
     layout: &LaneLayout,
     demand: &DemandSpec,
-    network: &NetworkSettings,
+    cycle_s: u32,
     [arm, other]: [usize; 2],
 ) -> Treatment {
     let lanes = |arm: usize, turn: Turn| {
@@ -115,7 +117,7 @@ fn by_rule(
     let opposing_lanes = lanes(other, Turn::Through);
     let left_vph = volume_vph(arm, &|turn| turn == Turn::Left);
     let opposing_vph = volume_vph(other, &|turn| turn != Turn::Left);
-    let per_cycle = left_vph * network.default_cycle_s / SECONDS_PER_HOUR;
+    let per_cycle = left_vph * f64::from(cycle_s) / SECONDS_PER_HOUR;
     let product = CROSS_PRODUCTS[opposing_lanes.clamp(1, CROSS_PRODUCTS.len()) - 1];
     if lanes(arm, Turn::Left) >= PROTECTED_LANES || opposing_lanes >= PROTECTED_OPPOSING_LANES {
         Treatment::Protected
@@ -137,9 +139,13 @@ mod tests {
     use super::*;
     use crate::settings::DemandSettings;
 
-    fn of(spec: &IntersectionSpec, setting: LeftTurns) -> Option<Vec<Treatment>> {
+    fn of(spec: &IntersectionSpec, left_turns: LeftTurns) -> Option<Vec<Treatment>> {
+        within(spec, &SignalSettings { left_turns, ..SignalSettings::default() })
+    }
+
+    fn within(spec: &IntersectionSpec, signal: &SignalSettings) -> Option<Vec<Treatment>> {
         let demand = DemandSpec::from_intersection(spec, &DemandSettings::default()).unwrap();
-        treatments(spec, &layout(spec).unwrap(), &demand, &NetworkSettings::default(), setting)
+        treatments(spec, &layout(spec).unwrap(), &demand, &NetworkSettings::default(), signal)
     }
 
     /// Arms with one lane to the left and two straight on, 10% of whose vehicles turn left.
@@ -185,5 +191,19 @@ mod tests {
         let mut wide = with_left_lanes(100.0);
         (wide.arms[2].lanes_in, wide.arms[2].lanes_out) = (5, 5);
         assert_eq!(by_rule(&wide), Treatment::Protected);
+    }
+
+    #[test]
+    fn the_rule_counts_left_turns_in_the_cycle_that_the_program_has() {
+        // 100 left turns per hour are 2.5 in 90 s and 1.7 in 60 s; 100 times 900 are no more than 90,000, so speed decides.
+        let mut spec = with_left_lanes(1000.0);
+        spec.arms[2].speed_mps = mph_to_mps(50.0);
+        let longest = |max_cycle_s| {
+            let left_turns = LeftTurns::ByRule;
+            let signal = SignalSettings { max_cycle_s, left_turns, ..SignalSettings::default() };
+            within(&spec, &signal).unwrap()[0]
+        };
+        assert_eq!(longest(150), Treatment::Protected);
+        assert_eq!(longest(60), Treatment::Permissive);
     }
 }

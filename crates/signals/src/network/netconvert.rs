@@ -155,7 +155,7 @@ impl Netconvert {
         }
         let (net, links, conflicts, _, corner_m) = first;
         let vehicles = DemandSpec::from_intersection(spec, demand)?;
-        let lefts = treatments(spec, &layout, &vehicles, settings, signal.left_turns);
+        let lefts = treatments(spec, &layout, &vehicles, settings, signal);
         let phases = phases(spec, &layout, &conflicts, lefts.as_deref());
         let own = net
             .program(FIRST_PROGRAM)

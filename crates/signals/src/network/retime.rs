@@ -53,9 +53,7 @@ pub fn retime(
     let changes: Vec<Vec<(String, u32)>> =
         (0..greens.len()).map(|i| timing.between(&greens[i].state, next(i))).collect();
     let lost_s: u32 = changes.iter().flatten().map(|(_, seconds)| seconds).sum();
-    let (shortest_s, longest_s) = timing.cycle_s();
-    let cycle_s =
-        (settings.default_cycle_s.round() as u32).clamp(shortest_s, longest_s.max(shortest_s));
+    let cycle_s = cycle_s(settings, timing.cycle_s());
     let durations = durations(&greens, timing, settings, cycle_s.saturating_sub(lost_s));
     let mut program = Vec::new();
     for ((green, duration_s), change) in greens.iter().zip(durations).zip(changes) {
@@ -67,6 +65,11 @@ pub fn retime(
         );
     }
     program
+}
+
+/// Returns the cycle of a program, seconds, within the shortest and the longest one.
+pub fn cycle_s(settings: &NetworkSettings, (shortest_s, longest_s): (u32, u32)) -> u32 {
+    (settings.default_cycle_s.round() as u32).clamp(shortest_s, longest_s.max(shortest_s))
 }
 
 /// Returns the greens of a program; equal ones that follow each other, such as those of a signal that has

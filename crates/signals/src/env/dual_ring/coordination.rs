@@ -103,9 +103,16 @@ impl Stages<'_> {
             .map(ends)
             .min_by_key(|zero_s| yields().map(|p| since(*zero_s, ends(p))).max())
             .ok_or("no phase is coordinated")?;
+        let ends_in_cycle_s = |(run, holds): (&Option<Run>, &bool)| {
+            let Some(run) = *run else { return 0 };
+            let begin_s = ends_s[run.0] - self.greens[run.0].1;
+            let after_s = since(zero_s, end_s(run));
+            let goes_on = after_s < since(begin_s, end_s(run)) && !holds;
+            if goes_on { cycle_s + after_s } else { after_s }
+        };
         let mut coordination = Coordination {
             cycle_s,
-            ends_s: runs.iter().map(|run| run.map_or(0, |run| since(zero_s, end_s(run)))).collect(),
+            ends_s: runs.iter().zip(&coordinated).map(ends_in_cycle_s).collect(),
             inhibits_max: vec![false; plan.phases.len()],
             splits_s: vec![None; plan.phases.len()],
             yields_s: Some((self.offset_s + zero_s) % cycle_s),
@@ -314,6 +321,16 @@ mod tests {
         assert_eq!([6, 2, 5, 4].map(|n| by_number(&plan, &cycle.ends_s, n)), [0, 13, 13, 29]);
         let splits = [6, 5, 2, 4].map(|n| by_number(&plan, &cycle.splits_s, n));
         assert_eq!(splits, [34, 13, 47, 16].map(Some));
+    }
+
+    #[test]
+    fn a_phase_that_ends_with_the_coordinated_one_may_be_green_until_the_end_of_the_cycle() {
+        let greens = [("GgrrGG", 30), ("GGGrrr", 9), ("rrGGGr", 12)];
+        let plan = coordinated(&tee(), &greens, 1).unwrap();
+        let cycle = plan.coordination.as_ref().unwrap();
+        // Phase 2 is coordinated; 5 ends with it.
+        let ends = [2, 5, 6, 4].map(|n| by_number(&plan, &cycle.ends_s, n));
+        assert_eq!((ends, cycle.cycle_s), ([0, 63, 50, 16], 63));
     }
 
     /// Plays seconds of rings and returns (number, begin, end, reason) of every green that ended.

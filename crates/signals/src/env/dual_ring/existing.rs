@@ -213,9 +213,14 @@ impl<'a> Wired<'a> {
             coordinated.iter().map(since).max()
         })?;
         let zero_s = end_s(&timed[first]);
+        let ends_s = |(phase, t): (usize, &Timed)| {
+            let after_s = after(zero_s, end_s(t));
+            let goes_on = after_s < t.green_s && !coordinated.contains(&phase);
+            if goes_on { cycle_s + after_s } else { after_s }
+        };
         Some(Coordination {
             cycle_s,
-            ends_s: timed.iter().map(|t| after(zero_s, end_s(t))).collect(),
+            ends_s: timed.iter().enumerate().map(ends_s).collect(),
             holds: (0..timed.len()).map(|p| coordinated.contains(&p)).collect(),
             inhibits_max: self.plan.phases.iter().map(|p| p.inhibit_max).collect(),
             begins_s: after(zero_s, timed[first].begin_s),
@@ -496,6 +501,113 @@ mod tests {
         assert_eq!(shown, expected(&all));
     }
 
+    /// Returns the greens of some phases that have ended, with vehicles on the detectors of others all the time: number, first
+    /// second and length.
+    fn greens(
+        plan: &ExistingPlan,
+        numbers: &[u32],
+        vehicles: &[u32],
+        seconds: u32,
+    ) -> Vec<(u32, u32, u32)> {
+        let mut rings = rings(plan);
+        let seen: Vec<bool> =
+            rings.plan().phases.iter().map(|p| vehicles.contains(&p.number)).collect();
+        let seen = Seen { calls: seen.clone(), extends: seen, walk_s: Vec::new() };
+        let mut since = vec![None; plan.phases.len()];
+        let mut ended = Vec::new();
+        for second in 0..seconds {
+            let green: Vec<usize> = rings.green_phases().collect();
+            for (phase, since) in since.iter_mut().enumerate() {
+                let number = plan.phases[phase].number;
+                match *since {
+                    None if green.contains(&phase) => *since = Some(second),
+                    Some(begin) if !green.contains(&phase) => {
+                        *since = None;
+                        if numbers.contains(&number) {
+                            ended.push((number, begin, second - begin));
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            rings.second(&seen);
+        }
+        ended
+    }
+
+    #[test]
+    fn a_through_phase_opposite_the_only_coordinated_one_is_served_in_every_cycle() {
+        let mut plan = placed(Control::Coordinated);
+        let all = |left, through, side| {
+            [(through, 0, 19), (side, 24, 20), (left, 49, 8), (through, 62, 19), (side, 86, 20)]
+        };
+        plan.reference = vec![2];
+        assert_eq!(greens(&plan, &[5, 6, 8], &[4, 5, 6, 8], 107), all(5, 6, 8));
+        plan.reference = vec![6];
+        assert_eq!(greens(&plan, &[1, 2, 4], &[1, 2, 4, 8], 107), all(1, 2, 4));
+        // Its change is shorter, so that the plan has its green end after that of the coordinated one.
+        plan.reference = vec![2];
+        (plan.phases[4].yellow_s, plan.phases[4].all_red_s) = (3.0, 0.0);
+        plan.phases[4].max_green_s = 21.5;
+        assert_eq!(greens(&plan, &[5, 6, 8], &[4, 5, 6, 8], 107), all(5, 6, 8));
+    }
+
+    /// Left turn 1 lags, so that phase 2 ends 12 s before phase 6.
+    fn lead_lag() -> ExistingPlan {
+        let mut plan = placed(Control::Coordinated);
+        (plan.phases[0].position, plan.phases[1].position) = (2, 1);
+        plan
+    }
+
+    #[test]
+    fn a_coordinated_phase_keeps_its_green_while_that_of_the_other_ring_may_end() {
+        let all = [(2, 0, 32), (6, 0, 32), (4, 37, 20), (2, 62, 32), (6, 62, 32), (4, 99, 20)];
+        assert_eq!(greens(&lead_lag(), &[2, 4, 6], &[4, 8], 120), all);
+    }
+
+    #[test]
+    fn a_phase_whose_split_goes_on_beyond_the_yield_point_is_served_in_every_cycle() {
+        let mut plan = lead_lag();
+        plan.reference = vec![2];
+        let ended = greens(&plan, &[2, 6], &[4, 5, 6, 8], 120);
+        assert_eq!(ended, [(2, 0, 20), (6, 0, 20), (2, 50, 32), (6, 63, 19)]);
+    }
+
+    #[test]
+    fn nobody_waits_for_ever_whatever_the_order_of_the_phases() {
+        let lead_lead = placed(Control::Coordinated);
+        let mut lag_lag = lead_lag();
+        (lag_lag.phases[3].position, lag_lag.phases[4].position) = (2, 1);
+        let mut one_ring = placed(Control::Coordinated);
+        for (phase, barrier) in one_ring.phases.iter_mut().zip(1..) {
+            (phase.ring, phase.barrier, phase.position) = (1, barrier, 1);
+        }
+        // The phases of ring 2 after those of ring 1.
+        let mut split = lead_lag();
+        for phase in &mut split.phases {
+            phase.barrier = 2 * phase.barrier + phase.ring;
+            phase.ring = 1;
+        }
+        for plan in [lead_lead, lead_lag(), lag_lag, one_ring, split] {
+            let mut rings = rings(&plan);
+            let cycle_s = rings.plan().coordination.as_ref().unwrap().cycle_s;
+            let mut waited_s = vec![0; plan.phases.len()];
+            for second in 0..20 * cycle_s {
+                // Everybody comes once a cycle, each a little later than in the cycle before.
+                for (phase, waited_s) in (0..).zip(&mut waited_s) {
+                    let comes = (second + 7 * phase) % (cycle_s + 1 + phase) == 0;
+                    let green = rings.green_phases().any(|green| green == phase as usize);
+                    *waited_s =
+                        if green { 0 } else { *waited_s + u32::from(comes || *waited_s > 0) };
+                    assert!(*waited_s <= 2 * cycle_s, "{second} s: phase {phase} of {plan:#?}");
+                }
+                let calls = waited_s.iter().map(|s| *s > 0).collect();
+                let extends = waited_s.iter().map(|s| *s > 0).collect();
+                rings.second(&Seen { calls, extends, walk_s: Vec::new() });
+            }
+        }
+    }
+
     /// Returns the first green that ends with vehicles on the detectors of some phases, its second and why it ends.
     fn first_end(plan: &ExistingPlan, numbers: &[u32]) -> (u32, Vec<(u32, Option<Ending>)>) {
         let mut rings = rings(plan);
@@ -522,7 +634,10 @@ mod tests {
         // Phase 6 has a gap, and waits for phase 2.
         assert_eq!(first_end(&actuated, &[2, 4]), (20, both(Some(MaxOut), Some(GapOut))));
         let force_off = both(Some(ForceOff), Some(ForceOff));
-        assert_eq!(first_end(&placed(Control::Coordinated), &[2, 4, 6]).1, force_off);
+        let mut coordinated = placed(Control::Coordinated);
+        assert_eq!(first_end(&coordinated, &[2, 4, 6]).1, force_off);
+        coordinated.reference = vec![2];
+        assert_eq!(first_end(&coordinated, &[2, 4, 6]).1, force_off);
     }
 
     #[test]

@@ -81,7 +81,8 @@ pub(super) struct Phase {
 pub(super) struct Coordination {
     /// The cycle, seconds.
     pub(super) cycle_s: u32,
-    /// Per phase when its green ends at the latest, that of a coordinated one when it may end, seconds.
+    /// Per phase when its green ends at the latest, that of a coordinated one when it may end, seconds. One that is not
+    /// coordinated and is green up to or across that moment ends in the next cycle: its time is at least `cycle_s`.
     pub(super) ends_s: Vec<u32>,
     /// Per phase, whether it is coordinated: green until it may end, with or without vehicles.
     pub(super) holds: Vec<bool>,

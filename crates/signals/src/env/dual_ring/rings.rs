@@ -4,8 +4,9 @@
 //! lasted its longest, and another phase is called that cannot run beside it:
 //! - **Within a side** the ring goes on to its next phase that is called; the other ring does not notice.
 //! - **Across a barrier** both rings go together, when neither has a called phase left and both may end. A through
-//!   phase at its longest takes the other ring with it. The next side is the first in order of which a phase is
-//!   called. A ring without a call there serves its through phase beside the other ring's (dual entry).
+//!   phase at its longest takes the other ring with it, unless that one's phase is coordinated and may not end yet. The
+//!   next side is the first in order of which a phase is called. A ring without a call there serves its through phase
+//!   beside the other ring's (dual entry).
 //! - **Back to the same side**, for a left turn that came too late: both rings end first.
 //!
 //! What is never shown, whatever the plan says:
@@ -278,9 +279,8 @@ impl Rings {
     fn left_s(&self, phase: usize, for_s: u32) -> u32 {
         let max_s = self.plan.phases[phase].max_s.saturating_sub(for_s);
         let Some(coordination) = &self.plan.coordination else { return max_s };
-        let end_s = coordination.ends_s[phase];
-        let left_s = end_s.saturating_sub(self.clock_s);
         if coordination.holds[phase] {
+            let end_s = coordination.ends_s[phase];
             // One that became green after that moment waits for the next cycle.
             let may_end = self.clock_s >= end_s && for_s > self.clock_s - end_s;
             let next_s = (coordination.cycle_s + end_s - self.clock_s) % coordination.cycle_s;
@@ -290,7 +290,17 @@ impl Rings {
                 (false, next_s) => next_s,
             };
         }
+        let left_s = self.end_s(coordination, phase, for_s).saturating_sub(self.clock_s);
         if coordination.inhibits_max[phase] { left_s } else { left_s.min(max_s) }
+    }
+
+    /// Returns when the cycle ends the green of a phase that is not coordinated, seconds of the clock.
+    fn end_s(&self, coordination: &Coordination, phase: usize, for_s: u32) -> u32 {
+        let end_s = coordination.ends_s[phase];
+        let Some(now_s) = end_s.checked_sub(coordination.cycle_s) else { return end_s };
+        // One that was green before that moment of this cycle ends there, one that began after it in the next cycle.
+        let is_of_last = self.clock_s < now_s || for_s > self.clock_s - now_s;
+        if is_of_last { now_s } else { end_s }
     }
 
     /// Whether a phase is green whoever comes, until the cycle lets it end.
@@ -310,7 +320,7 @@ impl Rings {
         };
         let before_s = self.stages.iter().map(change_s).max().unwrap_or_default();
         let needed_s = self.clock_s + before_s + self.plan.phases[phase].min_s;
-        coordination.holds[phase] || needed_s <= coordination.ends_s[phase]
+        coordination.holds[phase] || needed_s <= self.end_s(coordination, phase, 0)
     }
 
     /// Returns why the green of a ring ends now; none where nothing in it says so.
@@ -321,7 +331,8 @@ impl Rings {
         if self.left_s(phase, for_s) > 0 {
             return None;
         }
-        let is_over = |c: &Coordination| c.holds[phase] || self.clock_s >= c.ends_s[phase];
+        let is_over =
+            |c: &Coordination| c.holds[phase] || self.clock_s >= self.end_s(c, phase, for_s);
         match self.plan.coordination.as_ref().is_some_and(is_over) {
             true => Some(Ending::ForceOff),
             false => Some(Ending::MaxOut),
@@ -414,7 +425,7 @@ impl Rings {
             return false;
         }
         let order = &self.plan.sides[self.side];
-        let (mut all_may, mut forced, mut least) = (true, false, true);
+        let (mut all_may, mut forced, mut least, mut held) = (true, false, true, false);
         for (ring, order) in order.iter().enumerate() {
             all_may &= self.may_end(ring);
             match self.stages[ring] {
@@ -424,11 +435,13 @@ impl Rings {
                     least &= for_s >= self.least_s(phase, walk);
                     let any_place = self.plan.is_existing || self.plan.coordination.is_some();
                     let is_last = any_place || order.last() == Some(&phase);
-                    forced |= self.left_s(phase, for_s) == 0 && is_last;
+                    let is_over = self.left_s(phase, for_s) == 0;
+                    forced |= is_over && is_last;
+                    held |= self.holds(phase) && !is_over;
                 }
             }
         }
-        if !(all_may || (forced && least)) {
+        if !(all_may || (forced && least && !held)) {
             return false;
         }
         let first = |ring: usize| {
