@@ -39,7 +39,7 @@ fn a_name_with_an_ampersand_is_unescaped() {
 #[test]
 fn a_text_that_is_no_xml_is_refused_as_such() {
     for text in ["# A page\n\nwith <b>words</b> &sup1;", "nothing but text", "&sup1;"] {
-        let e = parse(text).unwrap_err();
+        let e = SumoConfig::parse(text, Path::new("a.sumocfg")).unwrap_err();
         assert!(e.contains("is it a SUMO configuration?"), "{text}: {e}");
     }
 }
