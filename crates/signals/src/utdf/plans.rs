@@ -54,6 +54,9 @@ fn name((heading, turn): (Heading, Turn)) -> String {
     format!("{heading}{}", turn.letter())
 }
 
+/// A phase and whether it has only one of walk and clearance, or why it cannot be.
+type ReadPhase = Result<(PlanPhase, bool), String>;
+
 impl Utdf {
     /// Returns the plans of a file without streets: its columns are the movements. Also returns which phases have half a walk.
     ///
@@ -156,14 +159,13 @@ impl Utdf {
         Ok(Some(plan.check().map(|_| plan)))
     }
 
-    /// Returns the phase of a column, and whether it has only one of walk and clearance, or why it cannot be; `None` for one
-    /// that is not used.
+    /// Returns the phase of a column; `None` for one that is not used.
     fn phase<'t>(
         &self,
         column: &str,
         brp: &Cell,
         record: &dyn Fn(&str) -> &'t Cells,
-    ) -> Result<Option<Result<(PlanPhase, bool), String>>, Fault> {
+    ) -> Result<Option<ReadPhase>, Fault> {
         let value =
             |name: &str| record(name).get(column).map(|cell| number(cell, name)).transpose();
         let Some(max_green_s) = value("maxgreen")? else { return Ok(None) };
