@@ -121,7 +121,7 @@ pub struct RunArgs {
     /// Print JSON lines: one per finished task, then one per method
     #[arg(long, conflicts_with = "quiet")]
     pub json: bool,
-    /// Print nothing but errors
+    /// Print nothing but warnings and errors
     #[arg(long, short)]
     pub quiet: bool,
 }
