@@ -574,6 +574,18 @@ mod tests {
     }
 
     #[test]
+    fn a_lagging_left_turn_is_served_beside_a_through_phase_that_has_reached_its_longest_green() {
+        for control in [Control::Coordinated, Control::Actuated] {
+            let mut plan = ExistingPlan { control, ..lead_lag() };
+            plan.reference.retain(|number| *number == 2);
+            let seconds = 310;
+            let ended = greens(&plan, &[1, 4], &[1, 2, 4, 6, 8], seconds);
+            let count = |number: u32| ended.iter().filter(|(n, ..)| *n == number).count();
+            assert!(count(4) >= 4 && count(1) + 1 >= count(4), "{control:?}: {ended:?}");
+        }
+    }
+
+    #[test]
     fn nobody_waits_for_ever_whatever_the_order_of_the_phases() {
         let lead_lead = placed(Control::Coordinated);
         let mut lag_lag = lead_lag();

@@ -368,7 +368,9 @@ impl Rings {
         let order = &self.plan.sides[self.side][ring];
         let place = order.iter().position(|p| *p == phase)?;
         let next = *order[place + 1..].iter().find(|next| self.waits(**next, seen))?;
-        self.has_room(ring, phase, next, seen).then_some(next)
+        // In a cabinet the last phase of the other ring stays green for as long as this ring goes on, its longest green or not.
+        let has_room = self.plan.is_existing || self.has_room(ring, phase, next, seen);
+        has_room.then_some(next)
     }
 
     /// Whether a phase of a ring can begin after another one, and last its least, before the other ring's last phase
