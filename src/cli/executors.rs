@@ -263,6 +263,7 @@ pub(super) fn hand_over(
         args.job_minutes.map(|minutes| minutes * 60.0),
     );
     let whole: f64 = packs.iter().map(|pack| pack.seconds).sum();
+    let workers = args.here(1);
     let results = absolute(layout.root()).map_err(RunError::from)?;
     let number = submission::begin(layout, &packs)?;
     let mut submission = Submission {
@@ -273,9 +274,9 @@ pub(super) fn hand_over(
         results: Some(results.clone()),
         packs: packs.len(),
         tasks: missing.len(),
-        longest_s: packs.first().map_or(0.0, |pack| pack.seconds),
+        longest_s: packs.iter().map(|pack| pack.time_s(workers)).fold(0.0, f64::max),
         memory_mb: costs.memory_mb,
-        workers: args.here(1),
+        workers,
         stall_timeout_s: args.stall_timeout,
         memory_per_worker_mb: args.memory_per_worker,
         has_lines: !lines.is_empty(),

@@ -61,8 +61,12 @@ pub(super) const EVENTS: Kind =
     Kind { what: "folder that events wrote", own: |name| name == "events.csv", all: false };
 
 /// What `report` writes.
-pub(super) const REPORT: Kind =
-    Kind { what: "folder that report wrote", own: |name| name == "scores.csv", all: false };
+pub(super) const REPORT: Kind = Kind {
+    what: "folder that report wrote",
+    // With --against, all of a report is in a folder of it.
+    own: |name| name == "scores.csv" || name.starts_with("against-"),
+    all: false,
+};
 
 /// What `estimate` writes.
 pub(super) const ESTIMATE: Kind =

@@ -16,7 +16,7 @@ use tsc_family::store::results::Results;
 use tsc_family::store::{Layout, StoreError};
 
 /// Looks at 4 and 8 point MDPs.
-fn growing(until: Until) -> Manifest {
+pub(crate) fn growing(until: Until) -> Manifest {
     let mut manifest = manifest(&["baseline", "fixed-time", "idqn", "ippo"]);
     let identity = &mut manifest.identity;
     let (point, draw) = (identity.points[0].clone(), identity.sample.draws[0].clone());
@@ -39,7 +39,7 @@ fn growing(until: Until) -> Manifest {
 }
 
 /// ippo is far behind, fixed-time and idqn are close.
-fn delays(task: &Task) -> [f64; 2] {
+pub(crate) fn delays(task: &Task) -> [f64; 2] {
     let place = f64::from(task.point.as_bytes()[1] - b'0');
     match task.method.as_str() {
         "baseline" => [100.0, 101.0],
@@ -50,7 +50,7 @@ fn delays(task: &Task) -> [f64; 2] {
 }
 
 /// The first look is complete; of the second some methods are.
-fn written(root: &Path, until: Until, second: &[&str]) -> Layout {
+pub(crate) fn written(root: &Path, until: Until, second: &[&str]) -> Layout {
     write_results(root, &growing(until), |task| {
         let is_first = task.point.as_str() < "p4";
         let rows = evaluations(&delays(task));

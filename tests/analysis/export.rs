@@ -3,10 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use crate::made_up::{evaluations, manifest, write_results};
+use crate::dropped::written;
+use crate::made_up::{evaluations, manifest, reported, write_results};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::{Field, Row as Line};
 use tsc_family::export::{Exported, Format, export};
+use tsc_family::sample::Until;
 use tsc_family::store::Layout;
 use tsc_family::store::record::{Record, Row, RowKind, TaskResult};
 use tsc_family::store::results::Results;
@@ -138,6 +140,23 @@ fn the_same_records_give_the_same_bytes_and_csv_the_same_cells() {
             };
             assert_eq!(text, expected, "{name}");
         }
+    }
+}
+
+#[test]
+fn of_a_run_that_stopped_early_weights_are_those_of_the_report() {
+    let dir = tempfile::tempdir().unwrap();
+    let layout = written(dir.path(), Until::HalfWidth(0.5), &["baseline"]);
+    let path = dir.path().join("records.parquet");
+    export(&layout, &path, Format::Parquet).unwrap();
+    let report = reported(&layout);
+    assert_eq!(report.points.len(), 4);
+    let lines = lines(&path);
+    assert!(lines.iter().any(|line| cell(line, "point") == &Field::Str("p7".into())));
+    for line in &lines {
+        let Field::Str(point) = cell(line, "point") else { panic!("{line:?}") };
+        let weight = report.points.iter().find(|p| p.row.point == *point).map(|p| p.weight);
+        assert_eq!(cell(line, "weight"), &weight.map_or(Field::Null, Field::Double), "{point}");
     }
 }
 

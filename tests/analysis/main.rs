@@ -32,6 +32,7 @@ mod report_titles;
 mod report_training;
 mod report_winner;
 mod rliable;
+mod samples;
 mod sensitivity;
 mod sensitivity_cases;
 mod summaries;

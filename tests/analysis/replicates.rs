@@ -1,10 +1,14 @@
 //! Estimates from several independent trainings of a method: they average over them, and the
 //! interval covers their spread.
 
+use crate::made_up::{evaluations, manifest, write_results};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use tsc_family::analysis::{Analysis, NoMeasures};
 use tsc_family::stats::{Bootstrap, PointObjectives, Resampling, bootstrap};
+use tsc_family::store::record::TaskResult;
+use tsc_family::store::results::Results;
 
 /// Evaluation seeds per point MDP.
 const SEEDS: usize = 4;
@@ -83,6 +87,33 @@ proptest! {
         let (narrow, wide) = (width(&points(1.0)), width(&points(factor)));
         prop_assert!((wide - factor * narrow).abs() < 1e-9);
     }
+}
+
+#[test]
+fn what_scores_are_divided_by_leaves_how_often_a_training_is_better_as_it_is() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut manifest = manifest(&["baseline", "fixed-time", "idqn"]);
+    (manifest.identity.replicates, manifest.identity.replicated) = (2, vec!["idqn".to_owned()]);
+    let layout = write_results(dir.path(), &manifest, |task| {
+        let rows = evaluations(match (task.method.as_str(), task.replicate) {
+            ("baseline", _) => &[100.0, 101.0],
+            ("fixed-time", _) => &[25.0, 26.0],
+            (_, 0) => &[10.0, 11.0],
+            _ => &[30.0, 29.0],
+        });
+        Some(Ok(TaskResult { rows, ..TaskResult::default() }))
+    });
+    let results = Results::load(&layout).unwrap();
+    let usual = Analysis::new(&results, &NoMeasures);
+    let against = Analysis::against(&results, "idqn", &NoMeasures).unwrap();
+    let of = |data: &Analysis| {
+        let names: Vec<&str> = data.methods.iter().map(|m| m.method.as_str()).collect();
+        assert_eq!(names, ["idqn", "fixed-time", "baseline"]);
+        data.comparison.pairs.iter().map(|pair| pair.improvement).collect::<Vec<_>>()
+    };
+    assert_eq!(of(&usual), of(&against));
+    assert_eq!(of(&against)[0].value, 0.5);
+    assert_eq!(against.methods[0].interval, Some((1.0, 1.0)));
 }
 
 #[test]

@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::Path;
 
+use crate::common::succeed;
 use crate::made_up::{
     Ending, evaluations, manifest, reported, well_formed, well_linked, words, write_results,
 };
@@ -298,6 +299,18 @@ worst: longest delay in an evaluation episode relative to that of the same vehic
     let scores = fs::read_to_string(&paths.scores).unwrap();
     assert!(scores.starts_with("method,point,importance,replicate,delay_s,against_delay_s,score"));
     assert!(data.json_rows().iter().all(|row| row["against"] == "fixed-time"));
+}
+
+#[test]
+fn a_report_against_another_method_can_be_written_to_its_folder_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let results = dir.path().join("results");
+    fs::create_dir(&results).unwrap();
+    heavy_tail(&results);
+    for _ in 0..2 {
+        succeed(dir.path(), "report results --against fixed-time --out pages");
+    }
+    assert!(dir.path().join("pages/against-fixed-time/scores.csv").is_file());
 }
 
 #[test]

@@ -4,10 +4,13 @@ use std::fs;
 use std::path::Path;
 
 use crate::made_up::{Ending, evaluations, manifest, reported, well_formed, well_linked, words};
+use tsc_family::analysis::{Analysis, NoMeasures};
 use tsc_family::report::{self, Report, text};
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Manifest, Task};
+use tsc_family::store::own::{OwnKind, OwnMethod};
 use tsc_family::store::record::{Metrics, Row, RowKind, TaskResult};
+use tsc_family::store::results::Results;
 use tsc_family::store::wall::Wall;
 
 /// Delays under the baseline on `quiet` and `busy`, seconds.
@@ -101,6 +104,29 @@ fn the_words_about_training_are_these() {
     let page = words(&page);
     let (_, section) = page.split_once("\nTraining\n[drawing]").unwrap();
     insta::assert_snapshot!(section.split_once("\nLevel of service\n").unwrap().0);
+}
+
+#[test]
+fn a_learner_of_somebody_s_own_learns_whatever_its_training_writes() {
+    let of = |figure: &str| {
+        let dir = tempfile::tempdir().unwrap();
+        let mut manifest = manifest(&["baseline", "mine"]);
+        let own = OwnMethod::new("mine", OwnKind::Python, "mine.py:Mine".to_owned());
+        manifest.identity.controllers = vec![OwnMethod { learns: true, ..own }];
+        let layout = crate::made_up::write_results(dir.path(), &manifest, |task| {
+            let score = if task.point == "busy" { 0.5 } else { 0.75 };
+            Some(match task.method.as_str() {
+                "mine" => trained(task, score, figure),
+                _ => untrained(task, 1.0),
+            })
+        });
+        let data = Analysis::new(&Results::load(&layout).unwrap(), &NoMeasures);
+        assert_eq!(data.trainings.len(), 2);
+        data.methods.iter().find(|m| m.method == "mine").unwrap().interval.unwrap()
+    };
+    let (low, high) = of("return");
+    assert!(high - low > 0.01, "{low} {high}");
+    assert_eq!(of("loss"), (low, high));
 }
 
 #[test]

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::error::AnalysisError;
-use super::training::learns;
+use super::training::learned;
 use crate::store::difference::flat;
 use crate::store::manifest::{Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::own::OwnMethod;
@@ -512,7 +512,7 @@ fn is_read(sources: &[Source], known: Known<'_>, key: &str) -> bool {
     let method = section(key).replace('_', "-");
     let readers = |reads: &dyn Fn(&Source) -> bool| sources.iter().filter(|s| reads(s)).count() > 1;
     if section(key) == OF_LEARNERS {
-        return readers(&|s| s.results.done().any(|(_, record)| learns(record)));
+        return readers(&|s| !learned(&s.results).is_empty());
     }
     !known.methods.contains(&method.as_str())
         || readers(&|s| s.identity().methods.contains(&method))

@@ -285,7 +285,7 @@ fn table(
             .then_with(|| direction.compare(a.score, b.score))
             .then_with(|| (&a.method, &a.path).cmp(&(&b.method, &b.path)))
     });
-    place(&mut rows, direction);
+    place(&mut rows, &identity.baseline, direction);
     Table {
         scenario: identity.scenario.clone(),
         preset: Some(preset(identity)).filter(|preset| !preset.is_empty()),
@@ -312,11 +312,16 @@ fn are_the_same(a: &Source, b: &Source, method: &str) -> bool {
     agree(&of(a), &of(b), method)
 }
 
-/// Sets the places that intervals allow, of the rows that have one.
-fn place(rows: &mut [Row], direction: Direction) {
+/// Sets the places that intervals allow, of the rows that have one. Without an interval nothing is known, but of the baseline,
+/// whose score is 1 by definition.
+fn place(rows: &mut [Row], baseline: &str, direction: Direction) {
     let mut rows: Vec<&mut Row> = rows.iter_mut().filter(|row| row.places.is_some()).collect();
-    let ends: Vec<(f64, f64)> =
-        rows.iter().map(|row| row.interval.unwrap_or((row.score, row.score))).collect();
+    let unknown = (f64::NEG_INFINITY, f64::INFINITY);
+    let ends_of = |row: &Row| match row.method == baseline {
+        true => (1.0, 1.0),
+        false => row.interval.unwrap_or(unknown),
+    };
+    let ends: Vec<(f64, f64)> = rows.iter().map(|row| ends_of(row)).collect();
     let is_before = |a: (f64, f64), b: (f64, f64)| match direction {
         Direction::Lower => a.1 < b.0,
         Direction::Higher => a.0 > b.1,
@@ -360,10 +365,17 @@ mod tests {
             row(1.0, None),
             Row { places: None, ..row(0.30, Some((0.29, 0.31))) },
         ];
-        place(&mut rows, Direction::Lower);
+        place(&mut rows, "m1", Direction::Lower);
         let allowed = [Some((1, 2)), Some((1, 3)), Some((2, 3)), Some((4, 4)), None];
         assert_eq!(rows.clone().map(|r| r.places), allowed);
-        place(&mut rows, Direction::Higher);
+        place(&mut rows, "m1", Direction::Higher);
         assert_eq!(rows[3].places, Some((1, 1)));
+    }
+
+    #[test]
+    fn without_intervals_every_place_is_possible() {
+        let mut rows = [row(0.47, None), row(0.50, None)];
+        place(&mut rows, "baseline", Direction::Lower);
+        assert_eq!(rows.map(|r| r.places), [Some((1, 2)); 2]);
     }
 }

@@ -169,7 +169,7 @@ pub(super) fn paired<T>(
     };
     let sample = Sample {
         family_size: identity.sample.family_size,
-        chosen: evidence.points.len(),
+        chosen: identity.points.len(),
         method: index as u64,
         name: &identity.methods[index],
         learned_once: evidence.learned_once[index],

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::estimator::{Estimate, Estimator, Sample, estimator_of};
 use super::evidence::Evidence;
 use super::method::{MethodSummary, Summarised, paired};
-use super::points::PointSummary;
+use super::points::{PointResult, PointSummary};
 use super::profiles::RankedProfiles;
 use super::summaries::Estimated;
 use crate::stats::improvement::{self, placements};
@@ -110,9 +110,9 @@ fn compared(
         method: improvement::ahead(&x.method, &y.method, direction),
         ..(*x).clone()
     };
-    let wins = |(point, x, y): &OnPoint<'_>| PointObjectives {
+    let wins = |(point, x, _): &OnPoint<'_>| PointObjectives {
         weight: point.weight,
-        method: placements(&x.method, &y.method, direction),
+        method: placements(runs(point, a), runs(point, b), direction),
         baseline: vec![1.0; x.baseline.len()],
         draws: x.draws,
     };
@@ -163,6 +163,11 @@ fn shared<'a>(
         (x.baseline == y.baseline).then_some((p, x, y))
     };
     points.iter().filter_map(on_point).collect()
+}
+
+/// Returns what a method measured on a point MDP, shape `[replicates, seeds]`.
+fn runs<'a>(point: &'a PointSummary, method: &MethodSummary) -> &'a [Vec<f64>] {
+    point.results[method.index].as_ref().map_or(&[], PointResult::runs)
 }
 
 /// Returns the two estimates where both are over just these point MDPs and from the same resamples.

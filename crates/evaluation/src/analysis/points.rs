@@ -46,6 +46,17 @@ pub struct PointResult {
     pub score: Option<f64>,
     /// What the interval is computed from; there when the score is.
     pub objectives: Option<PointObjectives>,
+    /// Objectives of every replicate, shape `[replicates, seeds]`, where [`Self::objectives`] has only their mean: of what
+    /// scores are divided by.
+    pub replicates: Option<Vec<Vec<f64>>>,
+}
+
+impl PointResult {
+    /// Returns the objectives of every replicate, shape `[replicates, seeds]`; empty without a score.
+    pub fn runs(&self) -> &[Vec<f64>] {
+        let method = || self.objectives.as_ref().map(|o| &o.method);
+        self.replicates.as_ref().or_else(method).map_or(&[], Vec::as_slice)
+    }
 }
 
 /// One task.
@@ -217,9 +228,10 @@ fn summarise_cell(
         seeds.iter().filter_map(|seed| value_of(values, *seed)).collect()
     };
     // It is its own measure: 1 by definition, however many replicates it has.
-    let method = match is_reference {
-        true => vec![on_seeds(reference)],
-        false => all.iter().map(on_seeds).collect(),
+    let replicates: Vec<Vec<f64>> = all.iter().map(on_seeds).collect();
+    let (method, replicates) = match is_reference {
+        true => (vec![on_seeds(reference)], Some(replicates).filter(|r| r.len() > 1)),
+        false => (replicates, None),
     };
     let objectives =
         PointObjectives { weight: 0.0, draws: 1, method, baseline: on_seeds(reference) };
@@ -229,5 +241,6 @@ fn summarise_cell(
         metrics: Metrics::means(records.iter().map(|r| &r.summary.metrics)),
         score,
         objectives: score.map(|_| objectives),
+        replicates,
     })
 }

@@ -42,7 +42,7 @@ impl Analysis {
             Until::HalfWidth(most) => {
                 let width = |(low, high): (f64, f64)| (high - low) / 2.0;
                 // Of a method that failed somewhere, what it lacks may decide.
-                let whole = |m: &MethodSummary| m.points == self.points.len();
+                let whole = |m: &MethodSummary| m.points == self.scorable();
                 let of = |m: &MethodSummary| {
                     (m.method.clone(), m.interval.filter(|_| whole(m)).map(width))
                 };
@@ -78,6 +78,11 @@ impl Analysis {
         Some(Standing { look, looks: growth.looks.len(), is_enough, open, widest, behind })
     }
 
+    /// Returns the number of point MDPs on which there can be scores: where what they are divided by has one itself.
+    fn scorable(&self) -> usize {
+        self.reference.index.map_or(self.points.len(), |index| self.results_of(index).count())
+    }
+
     fn is_dropped(&self, method: &str) -> bool {
         self.results.dropped.iter().any(|dropped| dropped.method == method)
     }
@@ -106,7 +111,7 @@ impl Analysis {
         };
         let found = self.comparison.pairs.iter().find(of)?;
         // Where one of them failed may be what decides.
-        let found = Some(found).filter(|p| p.points == self.points.len())?;
+        let found = Some(found).filter(|p| p.points == self.scorable())?;
         let is_first = name(found.first) == first;
         match found.decided() {
             Decided::First => Some(if is_first { first } else { second }),

@@ -1,6 +1,7 @@
 //! How learners were trained: one entry per training, one summary per learner.
 //!
-//! A learner is a method whose training episodes have a return, or that diverged. Every objective is
+//! A learner is a method whose training episodes have a return, or that diverged, or of which its author said that it learns
+//! and which has trained: what the training of somebody's own learner writes is up to them. Every objective is
 //! divided by the mean one on the point MDP of what scores are divided by, if anything, so that trainings compare
 //! and two common ways of reporting, the best episode of training and its last ones, stand beside the score.
 
@@ -14,10 +15,11 @@ use crate::stats::Direction;
 use crate::stats::quantile::median;
 use crate::stats::score::{mean, weighted_mean};
 use crate::store::figures::{DEAD, LAST_PREFIX, POLICY_ROW, RESTARTS, VALIDATION_EPISODES};
+use crate::store::manifest::Task;
 use crate::store::record::{Outcome, Record, Row};
 use crate::store::results::Results;
 
-/// Metric of a training episode that only learners have.
+/// Metric of a training episode that only learners have; not all learners of somebody's own.
 pub const RETURN: &str = "return";
 
 /// Metric of the training episodes in which a learner updated its network.
@@ -257,23 +259,32 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
 
 /// Returns the methods that tune or learn: those with an episode of training, and those that diverged.
 pub(super) fn trained(results: &Results) -> BTreeSet<String> {
-    with_a_record(results, |record| learns(record) || record.training().next().is_some())
+    with_a_record(results, |_, record| has_learned(record) || has_trained(record))
 }
 
 /// Returns the methods that learn.
 pub(super) fn learned(results: &Results) -> BTreeSet<String> {
-    with_a_record(results, learns)
+    let identity = &results.manifest.identity;
+    let says_so = |method: &str| identity.controller(method).is_some_and(|own| own.learns);
+    with_a_record(results, |task, record| {
+        has_learned(record) || (says_so(&task.method) && has_trained(record))
+    })
 }
 
-/// Returns the methods of which some record is such.
-fn with_a_record(results: &Results, is_such: impl Fn(&Record) -> bool) -> BTreeSet<String> {
-    let done = results.done().filter(|(_, record)| is_such(record));
+/// Returns the methods of which some task with its record is such.
+fn with_a_record(results: &Results, is_such: impl Fn(&Task, &Record) -> bool) -> BTreeSet<String> {
+    let done = results.done().filter(|(task, record)| is_such(task, record));
     let methods: BTreeSet<&str> = done.map(|(task, _)| &*task.method).collect();
     methods.into_iter().map(str::to_owned).collect()
 }
 
-/// Whether a record is of a method that learns.
-pub(super) fn learns(record: &Record) -> bool {
+/// Whether a record has an episode of training.
+fn has_trained(record: &Record) -> bool {
+    record.training().next().is_some()
+}
+
+/// Whether a record alone shows that its method learns.
+fn has_learned(record: &Record) -> bool {
     let diverged = record.summary.reason.as_ref().is_some_and(|r| r.starts_with(DIVERGED));
     diverged || record.training().any(|row| row.metrics.contains_key(RETURN))
 }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
+use crate::sample::SamplePlan;
 use crate::store::manifest::{Identity, PointRow};
 use crate::store::record::{Outcome, Record, Row};
 
@@ -68,8 +69,8 @@ pub(super) struct Column<'a> {
 pub(super) struct Columns<'a> {
     /// All of them, in order.
     pub(super) all: Vec<Column<'a>>,
-    /// Point MDPs with their weights, by their ids.
-    points: HashMap<&'a str, (&'a PointRow, f64)>,
+    /// Point MDPs with their weights, by their ids; without one outside the sample.
+    points: HashMap<&'a str, (&'a PointRow, Option<f64>)>,
 }
 
 /// What a row of the table is of: an episode of a record, or a record that has none.
@@ -93,8 +94,13 @@ impl<'a> Columns<'a> {
     ///
     /// # Arguments
     ///
+    /// * `sample` — that of the report; a point MDP outside has no weight.
     /// * `metrics` — the names of those that some episode has.
-    pub(super) fn of(identity: &'a Identity, metrics: &BTreeSet<&'a String>) -> Self {
+    pub(super) fn of(
+        identity: &'a Identity,
+        sample: &SamplePlan,
+        metrics: &BTreeSet<&'a String>,
+    ) -> Self {
         let mut all: Vec<Column<'_>> = TASK
             .iter()
             .map(|(name, kind, part)| Column { name: (*name).to_owned(), kind: *kind, part: *part })
@@ -110,11 +116,11 @@ impl<'a> Columns<'a> {
             }
             all.push(Column { name, kind: Kind::Number, part });
         }
-        let draws = identity.sample.draws.iter();
+        let draws = sample.draws.iter();
         let weights: HashMap<&str, f64> = draws.map(|d| (d.point.as_str(), d.weight)).collect();
         let point = |row: &'a PointRow| {
             let id = row.point.as_str();
-            (id, (row, weights.get(id).copied().unwrap_or(0.0)))
+            (id, (row, weights.get(id).copied()))
         };
         Self { all, points: identity.points.iter().map(point).collect() }
     }
@@ -140,7 +146,7 @@ impl<'a> Columns<'a> {
             }),
             Part::Reason => task.reason.as_deref().map_or(Cell::None, Cell::Text),
             Part::Importance => number(point().0.importance),
-            Part::Weight => number(point().1),
+            Part::Weight => point().1.map_or(Cell::None, number),
             Part::Instances => Cell::Whole(point().0.instances.into()),
             Part::Feature(at) => point().0.features.get(at).map_or(Cell::None, |v| number(*v)),
             Part::Metric(name) => {

@@ -64,7 +64,10 @@ pub enum ExportError {
 pub fn export(layout: &Layout, to: &Path, format: Format) -> Result<Exported, ExportError> {
     let results = Results::load_all(layout)?;
     let metrics = results.episode_metrics();
-    let columns = Columns::of(&results.manifest.identity, &metrics);
+    // Of a sample that grows, only what the report is of has weights.
+    let reported = results.clone().so_far();
+    let columns =
+        Columns::of(&results.manifest.identity, &reported.manifest.identity.sample, &metrics);
     let rows = results.done().flat_map(|(_, record)| {
         let alone = record.rows.is_empty().then_some(None);
         record.rows.iter().map(Some).chain(alone).map(move |row| (record, row))

@@ -10,6 +10,9 @@ use rand_chacha::ChaCha8Rng;
 use super::draws::{Draws, size};
 use super::{PointMeans, PointObjectives, Resampling};
 
+/// Stream of the generator that the choice of point MDPs is drawn from; seeds are drawn from stream 0.
+const CHOICE: u64 = 1;
+
 /// One resample: means after seeds and replicates were drawn anew, and the same with moved weights.
 pub(super) struct Resample<'a> {
     /// Seeds and replicates drawn anew.
@@ -39,6 +42,7 @@ pub(super) fn resample(
     }
     let weights: Vec<f64> = points.iter().map(|p| p.weight).collect();
     let mut replicates = replicates(rng, trainings);
+    let mut choice = choice(rng);
     let measured = Measured::of(points);
     let mut drawn = measured.drawn();
     let mut within = whole.to_vec();
@@ -47,8 +51,8 @@ pub(super) fn resample(
     for _ in 0..count {
         let mut factor = 1.0;
         if between {
-            factor = resampling.factor(rng);
-            resampling.moved(&weights, rng, &mut new_weights);
+            factor = resampling.factor(&mut choice);
+            resampling.moved(&weights, &mut choice, &mut new_weights);
         }
         measured.draw_anew(whole, (rng, &mut replicates), &mut drawn, &mut within);
         for ((moved, within), weight) in moved.iter_mut().zip(&within).zip(&new_weights) {
@@ -66,6 +70,14 @@ fn has_noise(points: &[PointObjectives]) -> bool {
 /// Returns the source of replicates: methods differ in these but not in their seeds.
 fn replicates(rng: &mut ChaCha8Rng, trainings: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(rng.next_u64().wrapping_add(trainings))
+}
+
+/// Returns the source of the choice of point MDPs, apart from that of the seeds: so methods of which the choice is drawn anew
+/// have the same seeds as others.
+fn choice(rng: &ChaCha8Rng) -> ChaCha8Rng {
+    let mut choice = rng.clone();
+    choice.set_stream(CHOICE);
+    choice
 }
 
 /// What was measured on all point MDPs, in one list.
@@ -179,6 +191,29 @@ mod tests {
             assert_eq!(means[0].score, 0.5);
             assert!(means == whole || means[0].baseline == 8.0, "{means:?}");
         }
+    }
+
+    #[test]
+    fn the_choice_of_point_mdps_leaves_the_seeds_as_they_are() {
+        let one = |level: f64| PointObjectives {
+            weight: 1.0,
+            draws: 1,
+            method: vec![vec![level, 2.0 * level, 4.0 * level]],
+            baseline: vec![1.0; 3],
+        };
+        let points = [one(1.0), one(3.0), one(5.0)];
+        let whole: Vec<PointMeans> =
+            points.iter().enumerate().map(|(i, p)| p.means(i).unwrap()).collect();
+        let seeds_of = |resampling: &Resampling| {
+            let mut rng = ChaCha8Rng::seed_from_u64(3);
+            let mut seen = Vec::new();
+            resample((&points, &whole), resampling, &mut rng, 0, 20, &mut |resample| {
+                seen.extend(resample.within.to_vec());
+            });
+            seen
+        };
+        let drawn = seeds_of(&Resampling::draws(&points));
+        assert_eq!((drawn.len(), drawn), (60, seeds_of(&Resampling::whole())));
     }
 
     #[test]

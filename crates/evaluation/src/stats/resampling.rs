@@ -22,7 +22,7 @@ use super::PointObjectives;
 /// Part of the contrasts by which weights are moved.
 const STEP: f64 = 0.7;
 
-/// A contrast: positions of point MDPs and what is added to their weights.
+/// A contrast: positions of point MDPs and what is added to their weights; empty where a point MDP adds no spread.
 pub type Contrast = Vec<(usize, f64)>;
 
 /// How the choice of point MDPs is drawn anew.
@@ -79,7 +79,7 @@ impl Resampling {
 
     /// Whether point MDPs are drawn anew.
     pub fn draws_points(&self) -> bool {
-        !self.contrasts.is_empty()
+        self.contrasts.iter().any(|contrast| !contrast.is_empty())
     }
 
     /// Whether the spread between samples can be estimated, or there is none.
@@ -93,6 +93,7 @@ impl Resampling {
         moved.clear();
         moved.extend_from_slice(weights);
         for contrast in &self.contrasts {
+            // Also for an empty one: methods that differ in these stay paired.
             let z: f64 = Exp1.sample(rng);
             for (i, a) in contrast {
                 moved[*i] += STEP * total * (z - 1.0) * a;

@@ -35,8 +35,8 @@ pub(super) fn estimate_all(
     }
     let rows: Option<Vec<usize>> = sample.points.iter().map(|c| c.row).collect();
     let (Some(quadrature), Some(rows)) = (sample.design.and_then(Quadrature::of), rows) else {
-        // Without what is known of the family, neighbours among the chosen ones are all that is left.
-        return Estimator::Representatives.estimate_all(sample, scores, statistics, rng);
+        // Without what is known of the family, the chosen ones are taken for a random part of it.
+        return Estimator::Whole.estimate_all(sample, scores, statistics, rng);
     };
     let rule = quadrature.rule(&rows, sample.learned_once);
     let weighed: Vec<PointObjectives> = (scores.iter().zip(&rule.weights))

@@ -4,7 +4,8 @@ use super::contract::Chosen;
 use crate::stats::resampling::Contrast;
 
 /// Returns the contrasts of the local mean variance estimator: every point MDP against the mean of itself and its
-/// nearest neighbours in the sample.
+/// nearest neighbours in the sample. One that every sample has has an empty contrast, so that a method whose trainings
+/// could have come out otherwise has as many.
 ///
 /// With `z_i = w_i (y_i - mean)` the variance is `sum_i (1 - pi_i) (k + 1) / k (z_i - local mean of z)^2`; with as many
 /// neighbours as there are it is that of independent draws with a fixed size.
@@ -32,6 +33,7 @@ pub(super) fn local_means(
     for i in 0..n {
         let scale = (1.0 - inclusion[i]).max(0.0);
         if scale == 0.0 || k == 0 {
+            contrasts.push(Contrast::new());
             continue;
         }
         let scale = (scale * (k + 1) as f64 / k as f64).sqrt() / total;
@@ -86,8 +88,11 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_of_everything_has_no_contrasts() {
-        assert!(local_means(&points(&[0.0, 1.0]), &[1.0; 2], &[1.0; 2], 1).is_empty());
-        assert!(local_means(&points(&[0.0]), &[1.0], &[0.3], 4).is_empty());
+    fn a_sample_of_everything_has_empty_contrasts() {
+        let of = |at: &[f64], pi: f64| {
+            local_means(&points(at), &vec![1.0; at.len()], &vec![pi; at.len()], 4)
+        };
+        assert_eq!(of(&[0.0, 1.0], 1.0), vec![Contrast::new(); 2]);
+        assert_eq!(of(&[0.0], 0.3), vec![Contrast::new()]);
     }
 }

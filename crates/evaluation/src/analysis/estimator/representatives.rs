@@ -22,7 +22,7 @@ pub(super) fn resampling(sample: Sample<'_>, scores: &[PointObjectives]) -> Resa
     }
 }
 
-/// Returns for every cluster its representative against those of the nearest clusters.
+/// Returns for every cluster its representative against those of the nearest clusters; nothing for a cluster of one.
 fn contrasts(sample: Sample<'_>, scores: &[PointObjectives]) -> Vec<Contrast> {
     let total: f64 = scores.iter().map(|p| p.weight).sum();
     let answered = sample.answered(scores.len());
@@ -31,13 +31,13 @@ fn contrasts(sample: Sample<'_>, scores: &[PointObjectives]) -> Vec<Contrast> {
         let size = f64::from(sample.points[i].count.max(1)) / answered;
         let within = (1.0 - sample.fixed(1.0 / size)).max(0.0);
         if k == 0 || within == 0.0 {
-            return None;
+            return Contrast::new();
         }
         let scale = p.weight / total * (within * k as f64 / (k + 1) as f64).sqrt();
         let others = nearest(sample.points, i, k);
         let mut contrast: Contrast = others.into_iter().map(|j| (j, -scale / k as f64)).collect();
         contrast.push((i, scale));
-        Some(contrast)
+        contrast
     };
-    scores.iter().enumerate().filter_map(of).collect()
+    scores.iter().enumerate().map(of).collect()
 }

@@ -17,6 +17,15 @@ pub struct Pack {
     pub tasks: Vec<usize>,
     /// Processor time that they are expected to take, seconds.
     pub seconds: f64,
+    /// Of this, that of the longest of them.
+    pub longest_s: f64,
+}
+
+impl Pack {
+    /// Returns the time that so many workers need for it at least, seconds: no task is shared by several.
+    pub fn time_s(&self, workers: usize) -> f64 {
+        (self.seconds / workers.max(1) as f64).max(self.longest_s)
+    }
 }
 
 /// Returns tasks in packs, those that take longest first, so that none of them is waited for in the end.
@@ -37,8 +46,9 @@ pub fn packs(tasks: impl IntoIterator<Item = (usize, f64)>, seconds: Option<f64>
             Some(pack) if pack.seconds + seconds <= most => {
                 pack.tasks.push(task);
                 pack.seconds += seconds;
+                pack.longest_s = pack.longest_s.max(seconds);
             }
-            _ => packs.push(Pack { tasks: vec![task], seconds }),
+            _ => packs.push(Pack { tasks: vec![task], seconds, longest_s: seconds }),
         }
     }
     packs.sort_by_key(|pack| Reverse((pack.seconds * 1e3) as u64));
@@ -57,9 +67,15 @@ mod tests {
     fn short_tasks_share_a_pack_and_a_long_one_has_its_own_which_comes_first() {
         let tasks = [(0, 20.0), (1, 20.0), (2, 20.0), (3, 20.0), (4, 500.0), (5, 1.0)];
         let packs = packs(tasks, None);
-        assert_eq!(packs[0], Pack { tasks: vec![4], seconds: 500.0 });
-        assert_eq!(packs[1], Pack { tasks: vec![0, 1, 2], seconds: 60.0 });
+        assert_eq!(packs[0], Pack { tasks: vec![4], seconds: 500.0, longest_s: 500.0 });
+        assert_eq!(packs[1], Pack { tasks: vec![0, 1, 2], seconds: 60.0, longest_s: 20.0 });
         assert_eq!(sizes(&packs), [1, 3, 1, 1]);
+    }
+
+    #[test]
+    fn more_workers_take_less_time_but_not_less_than_the_longest_task() {
+        let packs = packs([(0, 600.0), (1, 100.0), (2, 100.0)], Some(900.0));
+        assert_eq!([1, 2, 8].map(|workers| packs[0].time_s(workers)), [800.0, 600.0, 600.0]);
     }
 
     #[test]

@@ -119,7 +119,7 @@ impl BatchSystem for Slurm {
 fn text(submission: &Submission, place: &Place) -> String {
     let Submission { workers, .. } = submission;
     let memory = submission.memory_mb * *workers as u64 + OWN_MB;
-    let minutes = (submission.longest_s / *workers as f64 * PATIENCE / 60.0).max(LEAST_MINUTES);
+    let minutes = (submission.longest_s * PATIENCE / 60.0).max(LEAST_MINUTES);
     let own: String = place.lines.iter().map(|line| format!("{line}\n")).collect();
     let work = command(submission, place);
     let minutes = minutes.ceil() as u64;

@@ -39,7 +39,7 @@ pub struct Submission {
     pub packs: usize,
     /// Tasks in them.
     pub tasks: usize,
-    /// Processor time that the longest pack is expected to take, seconds.
+    /// Time that the longest pack is expected to take with these workers, seconds.
     pub longest_s: f64,
     /// Memory that a worker is expected to need, MB.
     pub memory_mb: u64,
@@ -274,7 +274,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let layout = Layout::new(dir.path());
         assert!(all(&layout).unwrap().is_empty());
-        let pack = |tasks: &[usize]| Pack { tasks: tasks.to_vec(), seconds: 1.0 };
+        let pack = |tasks: &[usize]| Pack { tasks: tasks.to_vec(), seconds: 1.0, longest_s: 1.0 };
         let own = [pack(&[0, 2]), pack(&[1])];
         assert_eq!(begin(&layout, &own).unwrap(), 0);
         write(&layout, &submission(0)).unwrap();

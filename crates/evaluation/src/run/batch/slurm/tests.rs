@@ -12,7 +12,7 @@ fn submission() -> Submission {
         manifest: "abc".into(),
         packs: 1500,
         tasks: 2000,
-        longest_s: 1700.0,
+        longest_s: 850.0,
         memory_mb: 500,
         workers: 2,
         stall_timeout_s: 600,
@@ -38,6 +38,13 @@ fn place() -> Place {
 #[test]
 fn a_job_asks_for_what_its_pack_needs_and_queues_itself_again() {
     insta::assert_snapshot!(text(&submission(), &place()));
+}
+
+#[test]
+fn a_job_has_time_for_its_longest_task_however_many_workers_it_has() {
+    let submission = Submission { longest_s: 6600.0, workers: 8, ..submission() };
+    let script = text(&submission, &place());
+    assert!(script.contains("#SBATCH --time=440\n"), "{script}");
 }
 
 #[test]

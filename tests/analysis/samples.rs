@@ -1,0 +1,186 @@
+//! Methods on a sample: what is drawn anew is the same for all, and nothing is taken for more certain than it is.
+
+use std::fs;
+use std::path::Path;
+
+use crate::dropped::{delays, growing};
+use crate::made_up::{evaluations, manifest, write_results};
+use tsc_family::analysis::{Analysis, NoMeasures};
+use tsc_family::family::{Feature, MdpFamily, PointMdp};
+use tsc_family::sample::{Design, Draw, Sampling, Until, choose_over};
+use tsc_family::store::Layout;
+use tsc_family::store::manifest::{Manifest, PointRow, Task};
+use tsc_family::store::record::{Metrics, Row, RowKind, TaskResult};
+use tsc_family::store::results::Results;
+
+/// Point MDPs of the family.
+const FAMILY: usize = 164;
+
+/// Point MDPs of a sample.
+const CHOSEN: usize = 20;
+
+/// Balanced samples of point MDPs with these probabilities to be drawn, called `p0`, `p1`, ...
+fn balanced(methods: &[&str], inclusion: &[f64]) -> Manifest {
+    let mut manifest = manifest(methods);
+    let identity = &mut manifest.identity;
+    let (point, n) = (identity.points[0].clone(), inclusion.len());
+    let row = |i: usize| PointRow {
+        point: format!("p{i}"),
+        features: vec![2.0, 100.0 * i as f64],
+        importance: 1.0 / FAMILY as f64,
+        ..point.clone()
+    };
+    let draw = |(i, inclusion): (usize, &f64)| Draw {
+        point: format!("p{i}"),
+        weight: 1.0 / n as f64,
+        count: 1,
+        inclusion: Some(*inclusion),
+    };
+    identity.points = (0..n).map(row).collect();
+    let sample = &mut identity.sample;
+    sample.sampling = Sampling::Balanced;
+    (sample.budget, sample.family_size) = (n, FAMILY);
+    sample.draws = inclusion.iter().enumerate().map(draw).collect();
+    manifest
+}
+
+/// Number of a point MDP.
+fn number(task: &Task) -> usize {
+    task.point[1..].parse().unwrap()
+}
+
+/// A delay that differs between point MDPs and follows no feature, seconds.
+fn scattered(number: usize) -> f64 {
+    20.0 + (number * 37 % 71) as f64
+}
+
+/// A task with the same delay on both seeds; a learner has an episode of training before.
+fn steady(delay_s: f64, learns: bool) -> TaskResult {
+    let mut rows = evaluations(&[delay_s; 2]);
+    if learns {
+        let metrics = Metrics::from([("return".to_owned(), -1.0)]);
+        rows.insert(0, Row { kind: RowKind::Training, episode: 0, seed: 7, metrics });
+    }
+    TaskResult { rows, ..TaskResult::default() }
+}
+
+fn analysed(layout: &Layout) -> Analysis {
+    Analysis::new(&Results::load(layout).unwrap(), &NoMeasures)
+}
+
+#[test]
+fn a_learner_that_is_better_everywhere_is_surely_first_although_every_sample_has_a_point_mdp() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut inclusion = [0.12; CHOSEN];
+    inclusion[4] = 1.0;
+    let manifest = balanced(&["baseline", "max-pressure", "idqn"], &inclusion);
+    let layout = write_results(dir.path(), &manifest, |task| {
+        let level = scattered(number(task));
+        Some(Ok(match task.method.as_str() {
+            "baseline" => steady(100.0, false),
+            "max-pressure" => steady(level, false),
+            _ => steady(level - 1.0 - (number(task) % 3) as f64, true),
+        }))
+    });
+    let data = analysed(&layout);
+    assert_eq!(data.methods[0].method, "idqn");
+    let ranks = data.comparison.ranks.unwrap();
+    assert!(ranks[0][0] > 0.97, "{ranks:?}");
+}
+
+#[test]
+fn bands_of_profiles_hold_the_choice_of_point_mdps_by_bayesian_quadrature() {
+    let point = |i: usize| PointMdp {
+        id: format!("p{i}"),
+        title: format!("p{i}"),
+        features: vec![i as f64, (i * 53 % FAMILY) as f64],
+        importance: 1.0 / FAMILY as f64,
+        instances: 1,
+    };
+    let features = ["x", "y"].map(|name| Feature { name: name.into(), unit: String::new() });
+    let points = (0..FAMILY).map(point).collect();
+    let family = MdpFamily::new("made up", features.to_vec(), points, "here").unwrap();
+    let design = Design::of(&family).modelled();
+    let sample = choose_over(&family, &design, Sampling::BayesianQuadrature, CHOSEN, 3).unwrap();
+    let mut manifest = balanced(&["baseline", "max-pressure"], &[1.0; FAMILY]);
+    let chosen = |p: &PointRow| sample.draws.iter().any(|d| d.point == p.point);
+    manifest.identity.points.retain(chosen);
+    manifest.identity.sample = sample.clone();
+
+    let dir = tempfile::tempdir().unwrap();
+    let of = |folder: &str, has_design: bool| {
+        let root = dir.path().join(folder);
+        fs::create_dir_all(&root).unwrap();
+        let mut manifest = manifest.clone();
+        match has_design {
+            true => fs::write(root.join("design.json"), design.to_json()).unwrap(),
+            false => manifest.identity.sample.design = String::new(),
+        }
+        let layout = write_results(&root, &manifest, |task| {
+            let level = scattered(number(task));
+            Some(Ok(steady(if task.method == "baseline" { 100.0 } else { level }, false)))
+        });
+        analysed(&layout)
+    };
+    let share = |threshold: f64| -> f64 {
+        let number = |d: &&Draw| d.point[1..].parse::<usize>().unwrap();
+        let better = sample.draws.iter().filter(|d| scattered(number(d)) / 100.0 < threshold);
+        better.map(|d| d.weight).sum()
+    };
+    for data in [of("whole", true), of("without-design", false)] {
+        assert_eq!(data.methods[0].method, "max-pressure");
+        let bands = &data.comparison.profiles[0].bands;
+        assert!(bands.len() > 10);
+        for (threshold, band) in bands {
+            assert!((band.value - share(*threshold)).abs() < 1e-9, "{threshold} {band:?}");
+            let (low, high) = band.interval.unwrap();
+            let is_inside = 1e-9 < band.value && band.value < 1.0 - 1e-9;
+            assert!(!is_inside || high - low > 0.01, "{threshold} {band:?}");
+        }
+    }
+}
+
+#[test]
+fn on_the_point_mdps_that_all_finished_intervals_are_those_of_a_method_that_has_just_these() {
+    let dir = tempfile::tempdir().unwrap();
+    let manifest = balanced(&["baseline", "max-pressure", "actuated"], &[0.95; CHOSEN]);
+    let layout = write_results(dir.path(), &manifest, |task| {
+        let level = scattered(number(task));
+        match task.method.as_str() {
+            "baseline" => Some(Ok(steady(100.0, false))),
+            "max-pressure" => Some(Ok(steady(level, false))),
+            _ => number(task).is_multiple_of(2).then(|| Ok(steady(level + 5.0, false))),
+        }
+    });
+    let data = analysed(&layout);
+    let common = data.common.unwrap();
+    assert_eq!(common.points, CHOSEN / 2);
+    let interval = |methods: &[tsc_family::analysis::MethodSummary]| {
+        methods.iter().find(|m| m.method == "actuated").unwrap().interval.unwrap()
+    };
+    assert_eq!(interval(&common.methods), interval(&data.methods));
+}
+
+/// Whether a run that grows has enough after its first look, where the baseline may have no delay on a point MDP.
+fn is_enough(root: &Path, until: &Until, has_delay: bool) -> bool {
+    let layout = write_results(root, &growing(until.clone()), |task| {
+        let delays = match has_delay || task.point != "p2" {
+            true => delays(task),
+            false => [0.0; 2],
+        };
+        let rows = evaluations(&delays);
+        (task.point.as_str() < "p4").then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+    });
+    analysed(&layout).standing().unwrap().is_enough
+}
+
+#[test]
+fn a_run_that_grows_stops_although_the_baseline_has_no_delay_on_a_point_mdp() {
+    let pairs = vec![("fixed-time".to_owned(), "ippo".to_owned())];
+    for until in [Until::HalfWidth(0.5), Until::Decided(pairs)] {
+        for has_delay in [true, false] {
+            let dir = tempfile::tempdir().unwrap();
+            assert!(is_enough(dir.path(), &until, has_delay), "{until:?} {has_delay}");
+        }
+    }
+}
