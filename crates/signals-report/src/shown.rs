@@ -125,11 +125,8 @@ impl Shown {
     ) -> Option<(&TaskPlan, usize)> {
         let direction = data.direction();
         let own = || self.plans.iter().filter(|task| (task.point, task.method) == (point, method));
-        let better = |a: &TaskPlan, b: &TaskPlan| match (a.objective, b.objective) {
-            (Some(a), Some(b)) => direction.is_worse(a, b),
-            (a, b) => a.is_none() && b.is_some(),
-        };
-        let best = own().reduce(|best, task| if better(best, task) { task } else { best })?;
+        let best = own()
+            .reduce(|best, task| if task.is_better_than(best, direction) { task } else { best })?;
         Some((best, own().count()))
     }
 

@@ -98,13 +98,9 @@ fn make(folder: &Path) -> Result<(), FileError> {
 fn best_replicates<'a>(seen: Seen<'_>, own: &[&'a TaskPlan]) -> Vec<&'a TaskPlan> {
     let mut best: Vec<&TaskPlan> = Vec::new();
     let direction = seen.data.direction();
-    let better = |a: &TaskPlan, b: &TaskPlan| match (a.objective, b.objective) {
-        (Some(a), Some(b)) => direction.is_worse(b, a),
-        (a, b) => a.is_some() && b.is_none(),
-    };
     for plan in own.iter().copied().filter(|p| p.is_whole()) {
         match best.iter_mut().find(|b| b.method == plan.method) {
-            Some(other) if better(plan, other) => *other = plan,
+            Some(other) if plan.is_better_than(other, direction) => *other = plan,
             Some(_) => {}
             None => best.push(plan),
         }

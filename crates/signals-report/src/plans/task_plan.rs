@@ -1,5 +1,6 @@
 //! The programs of one task.
 
+use evaluation::stats::Direction;
 use signals::program::SignalProgram;
 
 /// How much is known of what a method does on a point MDP.
@@ -51,6 +52,14 @@ impl TaskPlan {
     /// Returns one program per signal, as far as there are any.
     pub fn programs(&self) -> &[SignalProgram] {
         self.programs.as_ref().map_or(&[], |programs| &programs.all)
+    }
+
+    /// Whether its objective is better than that of another training; a training without one is the worst.
+    pub(crate) fn is_better_than(&self, other: &Self, direction: Direction) -> bool {
+        match (self.objective, other.objective) {
+            (Some(own), Some(other)) => direction.is_worse(other, own),
+            (own, other) => own.is_some() && other.is_none(),
+        }
     }
 
     /// Whether SUMO can be given the programs.

@@ -79,12 +79,7 @@ pub(crate) fn best(seen: Seen<'_>) -> Vec<Told> {
             continue;
         }
         let key = (task.point, task.method);
-        let is_better =
-            best.get(&key).is_none_or(|(other, _)| match (task.objective, other.objective) {
-                (Some(own), Some(other)) => direction.is_worse(other, own),
-                (own, other) => own.is_some() && other.is_none(),
-            });
-        if is_better {
+        if best.get(&key).is_none_or(|(other, _)| task.is_better_than(other, direction)) {
             best.insert(key, (task, told));
         }
     }

@@ -4,8 +4,8 @@ use super::contract::Chosen;
 use crate::stats::resampling::Contrast;
 
 /// Returns the contrasts of the local mean variance estimator: every point MDP against the mean of itself and its
-/// nearest neighbours in the sample. One that every sample has has an empty contrast, so that a method whose trainings
-/// could have come out otherwise has as many.
+/// nearest neighbours in the sample. A point MDP that is in every sample gets an empty contrast: all methods then have
+/// equally many contrasts, and so meet the same random numbers.
 ///
 /// With `z_i = w_i (y_i - mean)` the variance is `sum_i (1 - pi_i) (k + 1) / k (z_i - local mean of z)^2`; with as many
 /// neighbours as there are it is that of independent draws with a fixed size.
