@@ -117,8 +117,12 @@ impl Controller for PyController {
         let object = self.object.get().map_err(|reason| self.own(reason))?;
         let object = Python::attach(|py| object.clone_ref(py));
         let (name, episodes) = (self.name, self.episodes);
+        let loads = self.call("load", |object| object.hasattr("load"))?;
         let mut validate = |trainer: &mut dyn Trainer| {
-            self.keep()?;
+            // What cannot be loaded again cannot be chosen: the last policy is evaluated then.
+            if loads {
+                self.keep()?;
+            }
             trainer.validate(self)
         };
         teach(name, object, episodes, trainer, &mut validate)?;

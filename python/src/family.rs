@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use tsc_family::analysis::estimator::{Chosen, Sample, estimator_of};
+use tsc_family::analysis::estimator::{Chosen, Estimate, Sample, estimator_of};
 use tsc_family::domains::entry_of;
 use tsc_family::family::{Feature, MdpFamily, PointMdp};
 use tsc_family::sample::{Design, Input, Measure, SamplePlan, Sampling, choose_over};
@@ -182,12 +182,49 @@ pub(crate) fn estimate<'py>(
     let mut rng = ChaCha8Rng::seed_from_u64(derive(measured.seed, &["report", "bootstrap"]));
     let estimate =
         py.detach(|| estimator.estimate(sample, &objectives, &mut rng)).map_err(raised)?;
+    let dict = numbers(py, estimate)?;
+    dict.set_item("estimator", estimator.name())?;
+    dict.set_item("assumptions", estimator.assumptions())?;
+    Ok(dict)
+}
+
+/// Returns the numbers of an estimate.
+fn numbers(py: Python<'_>, estimate: Estimate) -> PyResult<Bound<'_, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("value", estimate.value)?;
     dict.set_item("interval", estimate.interval)?;
     dict.set_item("level", 1.0 - estimate.alpha)?;
+    dict.set_item("centre", estimate.centre)?;
+    dict.set_item("stretch", estimate.stretch)?;
     dict.set_item("resamples", PyArray1::from_vec(py, estimate.resamples))?;
-    dict.set_item("estimator", estimator.name())?;
-    dict.set_item("assumptions", estimator.assumptions())?;
     Ok(dict)
+}
+
+/// The numbers of an estimate, as Python keeps them.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Numbers {
+    value: f64,
+    interval: Option<(f64, f64)>,
+    level: f64,
+    centre: f64,
+    stretch: f64,
+    resamples: Vec<f64>,
+}
+
+impl From<Numbers> for Estimate {
+    fn from(of: Numbers) -> Self {
+        let Numbers { value, interval, level, centre, stretch, resamples } = of;
+        Self { value, interval, centre, resamples, alpha: 1.0 - level, stretch }
+    }
+}
+
+/// Returns the difference of two estimates from the same sample, the second less the first.
+#[pyfunction]
+pub(crate) fn difference(
+    py: Python<'_>,
+    first: Numbers,
+    second: Numbers,
+) -> PyResult<Bound<'_, PyDict>> {
+    numbers(py, Estimate::from(first).difference(&second.into()))
 }

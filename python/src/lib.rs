@@ -28,7 +28,7 @@ mod _native {
     #[pymodule_export]
     use super::error::Error;
     #[pymodule_export]
-    use super::family::{estimate, family, sample};
+    use super::family::{difference, estimate, family, sample};
     #[pymodule_export]
     use super::fork::forked;
     #[pymodule_export]

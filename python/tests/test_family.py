@@ -80,6 +80,18 @@ def test_scores_are_divided_by_a_baseline_and_differences_are_paired():
     assert gap.value == pytest.approx(0.5 - a.value) and gap.interval[1] < 0
 
 
+def test_a_difference_is_as_wide_as_few_seeds_make_it():
+    family = tf.Family(np.arange(3.0), np.full(3, 1 / 3))
+    sample = tf.sample(family, 3, "all")
+    rng = np.random.default_rng(3)
+    one, other = (tf.estimate(rng.uniform(1, 2, (3, 2)), sample, name=name) for name in ("one", "other"))
+    assert one.stretch > 1.2
+    gap = one.difference(other)
+    low, high = np.quantile(gap.resamples, [0.025, 0.975])
+    assert gap.interval[1] - gap.interval[0] > 1.2 * (high - low)
+    assert gap.interval[0] <= gap.value <= gap.interval[1]
+
+
 def test_missing_scores_are_left_out():
     family = tf.Family(np.arange(10.0), np.full(10, 0.1))
     sample = tf.sample(family, 10, "all")

@@ -189,6 +189,10 @@ class Estimate:
     """What must hold for the interval to be one."""
     resamples: NDArray[np.float64]
     """Estimates from resampled data; empty where there is no interval."""
+    centre: float
+    """Of what the resamples are; another estimate than ``value`` for some estimators."""
+    stretch: float
+    """By which factor the interval is wider than the resamples, because seeds are few."""
     missing: int = 0
     """Point MDPs of the sample that have no score, and are taken as missing at random."""
 
@@ -200,14 +204,10 @@ class Estimate:
         """Returns ``other - self``, resample by resample: of two methods on one sample, which share their draws."""
         if self.estimator != other.estimator or len(self.resamples) != len(other.resamples):
             raise Error("a difference is of two estimates from the same sample")
-        resamples = other.resamples - self.resamples
-        interval = None
-        if self.interval is not None and other.interval is not None:
-            low, high = np.quantile(resamples, [(1 - self.level) / 2, (1 + self.level) / 2])
-            interval = (float(low), float(high))
-        value = other.value - self.value
+        first, second = ({**vars(e), "resamples": e.resamples.tolist()} for e in (self, other))
+        numbers = _native.difference(first, second)
         missing = max(self.missing, other.missing)
-        return Estimate(value, interval, self.level, self.estimator, self.assumptions, resamples, missing)
+        return Estimate(**numbers, estimator=self.estimator, assumptions=self.assumptions, missing=missing)
 
 
 def family(scenario: str = "salt-lake-city", *, preset: str | None = None, settings: Settings | None = None) -> Family:

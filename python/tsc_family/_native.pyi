@@ -187,6 +187,9 @@ def family(scenario: str, settings: Sequence[str]) -> dict[str, Any]:
 def sample(given: Mapping[str, Any], sampling: str, budget: int, seed: int) -> str:
     """Chooses point MDPs; returns the sample as JSON."""
 
+def difference(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the numbers of the difference of two estimates from the same sample, the second less the first."""
+
 def estimate(given: Mapping[str, Any], plan: str, measured: Mapping[str, Any]) -> dict[str, Any]:
     """Returns the estimate of a method's overall performance over a family."""
 

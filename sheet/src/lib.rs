@@ -199,6 +199,11 @@ impl<'a> Sheet<'a> {
             if !more {
                 return Ok(None);
             }
+            let text: &[u8] = self.reader.get_ref().get_ref();
+            let end = usize::try_from(self.end).unwrap_or(usize::MAX).min(text.len());
+            if uneven::is_unclosed(&text[self.counted.0.min(end)..end]) {
+                return Err(Fault::new(line, uneven::UNCLOSED));
+            }
             if fields.iter().all(str::is_empty) {
                 continue;
             }

@@ -217,3 +217,13 @@ fn a_file_without_text_has_no_columns() {
         assert!(sheet.next_row().unwrap().is_none());
     }
 }
+
+#[test]
+fn a_quotation_mark_that_is_not_closed_is_refused_at_its_line() {
+    let why = "2: a quotation mark is not closed; close or remove it";
+    assert_eq!(error("id,name\n1,\"Main\n2,x\n3,y\n"), why);
+    assert_eq!(error("id,name\n1,\"Main\n2,x\n3,\"y\"\n"), why);
+    let later = error("# a note\nid,name\n1,a\n2,\"b\n3,c\n");
+    assert_eq!(later, "4: a quotation mark is not closed; close or remove it");
+    assert_eq!(lines_of("id,name\n1,\"Main\nStreet\"\n2,5\" pipe\n"), [2, 4]);
+}

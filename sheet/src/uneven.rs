@@ -103,7 +103,7 @@ pub fn lines(bytes: &[u8]) -> Result<Vec<Line>, Fault> {
         counted = begin + blank;
         let end = byte(records.reader().position()).clamp(counted, text.len());
         if is_unclosed(&text.as_bytes()[counted..end]) {
-            return Err(Fault::new(number, "a quotation mark is not closed; close or remove it"));
+            return Err(Fault::new(number, UNCLOSED));
         }
         if fields.iter().all(str::is_empty) {
             continue;
@@ -124,8 +124,11 @@ pub fn is_utdf(bytes: &[u8]) -> bool {
     })
 }
 
+/// What is wrong with a record that [`is_unclosed`].
+pub(super) const UNCLOSED: &str = "a quotation mark is not closed; close or remove it";
+
 /// Whether a record goes on over several lines only because a quotation mark in it is not closed.
-fn is_unclosed(record: &[u8]) -> bool {
+pub(super) fn is_unclosed(record: &[u8]) -> bool {
     let marks = record.iter().filter(|byte| **byte == b'"').count();
     marks % 2 == 1 && record.trim_ascii_end().contains(&b'\n')
 }

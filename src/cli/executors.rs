@@ -275,7 +275,7 @@ pub(super) fn hand_over(
         packs: packs.len(),
         tasks: missing.len(),
         longest_s: packs.iter().map(|pack| pack.time_s(workers)).fold(0.0, f64::max),
-        memory_mb: costs.memory_mb,
+        memory_mb: costs.memory_mb.max(args.memory_per_worker.unwrap_or(0)),
         workers,
         stall_timeout_s: args.stall_timeout,
         memory_per_worker_mb: args.memory_per_worker,

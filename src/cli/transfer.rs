@@ -143,6 +143,14 @@ pub(super) fn run(args: &TransferArgs) -> anyhow::Result<u8> {
     let models = args.models(&layout, &from.manifest.identity)?;
     same_measure(&args.dir, &from.manifest.identity)?;
     RESULTS.check(&args.out, "--out", None)?;
+    let place = |path: &Path| path.canonicalize().ok();
+    if place(&args.out).is_some_and(|out| place(&args.dir) == Some(out)) {
+        return Err(Refused(format!(
+            "--out {} is the results directory whose models are taken; give another folder",
+            args.out.display()
+        ))
+        .into());
+    }
     let controllers = args.controllers()?;
     let domain = domains::traffic();
     let prepared = args.networks.clone();

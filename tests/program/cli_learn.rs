@@ -177,6 +177,9 @@ fn a_transfer_simulates_models_alone_and_names_what_does_not_carry_over() {
         "{}",
         stderr(&output)
     );
+    let output = run(folder.path(), "transfer out --out ./out");
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("whose models are taken; give another folder"));
     let few = "transfer out --methods mplight --trained-on wide --out few --json";
     assert_eq!(json_lines(&succeed(folder.path(), few)).len(), 1);
     fs::remove_dir_all(folder.path().join("out/models")).unwrap();

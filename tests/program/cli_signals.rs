@@ -211,3 +211,20 @@ fn max_pressure_is_as_good_on_a_split_network_as_on_the_same_in_one_piece() {
     let split = delay_s(&street(&scenario, &demand("w1 w2 w3", "e1 e2")));
     assert!((split / whole - 1.0).abs() < 0.1, "{split} s split and {whole} s in one piece");
 }
+
+#[test]
+fn turns_on_red_are_no_phases() {
+    let folder = tempfile::tempdir().unwrap();
+    let phases = |preset: &str| {
+        let said = succeed(folder.path(), &format!("signals busy smoke --preset {preset} --json"));
+        let signal: serde_json::Value = serde_json::from_str(said.lines().next().unwrap()).unwrap();
+        let phases = signal["phases"].as_array().unwrap().clone();
+        phases.into_iter().map(|phase| phase["state"].clone()).collect::<Vec<_>>()
+    };
+    let field = phases("field");
+    assert!(
+        field.len() > 1 && !field.iter().any(|s| s.as_str().unwrap().contains('s')),
+        "{field:?}"
+    );
+    assert_eq!(field, phases("resco"));
+}

@@ -1,6 +1,6 @@
 //! Models of learners that control signals: what it takes to set one up again, and to play it elsewhere.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 
@@ -108,16 +108,7 @@ impl SignalModel {
     /// Returns how the timing of signals or what methods see differs in a scenario from where the model was trained, in
     /// words; `None` where nothing does.
     pub fn difference(&self, scenario: &Scenario) -> Option<String> {
-        let of = |signal: &SignalSettings| {
-            flat(&serde_json::to_value(signal).expect("settings are plain data"))
-        };
-        let (there, here) = (of(&self.signal), of(&scenario.signal));
-        let differing = there.iter().filter_map(|(key, value)| {
-            let now = here.get(key).filter(|now| *now != value)?;
-            Some(format!("signal.{key} = {value} there, {now} here"))
-        });
-        let differing: Vec<String> = differing.collect();
-        (!differing.is_empty()).then(|| differing.join("; "))
+        difference(&self.signal, &scenario.signal)
     }
 
     /// Returns a controller with what was learned.
@@ -146,6 +137,22 @@ impl SignalModel {
         let learner = self.loaded(create(&self.with_settings(scenario)?, card.seed)?)?;
         Ok(Box::new(Learned { name, learner, trained_on: card.point.clone() }))
     }
+}
+
+/// Returns how the timing of signals or what methods see differs, in words; `None` where nothing does.
+fn difference(there: &SignalSettings, here: &SignalSettings) -> Option<String> {
+    let of = |signal: &SignalSettings| {
+        flat(&serde_json::to_value(signal).expect("settings are plain data"))
+    };
+    let (there, here) = (of(there), of(here));
+    // A setting at its default may be left out.
+    let said = |value: Option<&Value>| value.map_or("not set".to_owned(), Value::to_string);
+    let keys: BTreeSet<&String> = there.keys().chain(here.keys()).collect();
+    let differing = keys.into_iter().filter(|key| there.get(*key) != here.get(*key)).map(|key| {
+        format!("signal.{key} = {} there, {} here", said(there.get(key)), said(here.get(key)))
+    });
+    let differing: Vec<String> = differing.collect();
+    (!differing.is_empty()).then(|| differing.join("; "))
 }
 
 /// What a learner has learned, as a method that does not learn.
@@ -209,6 +216,21 @@ mod tests {
         fn model(&self) -> Option<Archive> {
             Some(Archive::default())
         }
+    }
+
+    #[test]
+    fn settings_at_their_defaults_differ_from_others_in_both_directions() {
+        let plain = SignalSettings::default();
+        let limited = SignalSettings { max_green_s: Some(40), turn_on_red: true, ..plain.clone() };
+        let words = [difference(&plain, &limited), difference(&limited, &plain)];
+        assert_eq!(
+            words.map(Option::unwrap),
+            [
+                "signal.max_green_s = not set there, 40 here; signal.turn_on_red = not set there, true here",
+                "signal.max_green_s = 40 there, not set here; signal.turn_on_red = true there, not set here",
+            ]
+        );
+        assert_eq!(difference(&limited, &limited.clone()), None);
     }
 
     #[test]

@@ -85,6 +85,7 @@ pub fn load(
     settings: &SignalSettings,
 ) -> Result<Result<Loaded, Vec<Obstacle>>, SimError> {
     use super::env::derive::derive;
+    use super::env::on_red::OnRed;
     use super::env::side::{as_right_hand, driving_side};
     use super::env::world::as_arguments;
     use super::sim::copies::copy;
@@ -137,8 +138,13 @@ pub fn load(
     let (railways, dark) = (sim.railways().to_vec(), sim.dark().to_vec());
     sim.close()?;
     let (mut signals, mut obstacles) = (Vec::new(), Vec::new());
-    for signal in &scene.signals {
-        match derive(&scene, signal, settings) {
+    // Phases are those that controllers choose from, where turns on red are no green.
+    let mut seen = scene.clone();
+    if settings.turn_on_red {
+        seen.signals.iter_mut().for_each(|signal| drop(OnRed::take(signal)));
+    }
+    for signal in &seen.signals {
+        match derive(&seen, signal, settings) {
             Ok(derived) => signals.push(derived),
             Err(SimError::Signal { signal, reason }) => {
                 obstacles.push(obstacle(format!("signal {signal}: {reason}")));

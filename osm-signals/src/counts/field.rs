@@ -7,8 +7,12 @@ use crate::error::brief;
 /// What names of counts have in common.
 const AADT: &str = "aadt";
 
-/// What names have that say when a count is from instead of what it is (`DOT_AADTYR`).
-const WHEN: [&str; 3] = ["yr", "year", "date"];
+/// What names have that are not of the vehicles of a day: when a count is from (`DOT_AADTYR`), only trucks
+/// (`AADT_SINGLE_UNIT`), another year's forecast.
+const OTHER: [&str; 12] = [
+    "yr", "year", "date", "truck", "heavy", "single", "combination", "peak", "future", "forecast",
+    "proj", "design",
+];
 
 /// Years that a name can mean.
 const YEARS: std::ops::RangeInclusive<u32> = 1950..=2099;
@@ -38,7 +42,7 @@ pub(super) fn choose(names: &[Name<'_>], given: Option<&str>) -> Result<String, 
     }
     let is = |name: &str| {
         let lower = name.to_lowercase();
-        lower.contains(AADT) && !WHEN.iter().any(|w| lower.contains(w))
+        lower.contains(AADT) && !OTHER.iter().any(|w| lower.contains(w))
     };
     let (named, unusable): (Vec<_>, Vec<_>) =
         names.iter().filter(|n| is(n.0)).partition(|(_, unusable)| unusable.is_none());
@@ -173,6 +177,14 @@ mod tests {
         ] {
             assert_eq!(chosen(&names).as_deref(), Ok(expected));
         }
+    }
+
+    #[test]
+    fn trucks_and_forecasts_are_no_counts_of_all_vehicles() {
+        assert_eq!(chosen(&["AADT_TRUCK", "TOTAL_AADT"]).unwrap(), "TOTAL_AADT");
+        assert_eq!(chosen(&["AADT_2023", "FUTURE_AADT_2045"]).unwrap(), "AADT_2023");
+        assert!(chosen(&["AADT_SINGLE_UNIT", "AADT_COMBINATION"]).is_err());
+        assert_eq!(chosen(&["AADT_COMBINED"]).unwrap(), "AADT_COMBINED");
     }
 
     #[test]

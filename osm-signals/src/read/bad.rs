@@ -375,12 +375,12 @@ fn blobs_and_features_that_may_be_skipped_are_skipped() {
 #[test]
 fn of_two_elements_with_one_id_the_later_one_wins() {
     let mut town = Town::small();
-    town.ways.push((100, vec![10, 13], text(&[("highway", "tertiary")])));
+    town.ways.push((100, vec![13, 12], text(&[("highway", "tertiary")])));
     town.nodes.push((-7, 0, 0, text(&[("highway", "traffic_signals")])));
     town.nodes.push((10, 5, 5, vec![]));
     town.relations.push(town.relations[0].clone());
     let extract = xml(town.xml().as_bytes()).unwrap();
-    assert_eq!(extract.nodes_of(&extract.ways[0]), [10, 13]);
+    assert_eq!(extract.nodes_of(&extract.ways[0]), [13, 12]);
     assert_eq!(extract.signals[0].place.latitude_e7, 0);
     assert_eq!(extract.nodes.place(0).unwrap().latitude_e7, 5);
     assert_eq!(extract.restrictions.len(), 1);

@@ -79,6 +79,21 @@ impl Streets {
                 };
                 via && kept(&turn.from) && kept(&turn.to)
             });
+            let ends_at = |id: i64, node: i64| {
+                ways.binary_search_by_key(&id, |way| way.id).is_ok_and(|k| {
+                    let nodes = &refs[ways[k].refs.clone()];
+                    nodes.first() == Some(&node) || nodes.last() == Some(&node)
+                })
+            };
+            // Where a way goes on, nothing says which of its two directions is meant.
+            let (on, through): (Vec<_>, Vec<_>) = on.into_iter().partition(|turn| match turn.via {
+                Via::Node(node) => ends_at(turn.from, node) && ends_at(turn.to, node),
+                Via::Ways(_) => true,
+            });
+            if !through.is_empty() {
+                let reason = "turn restriction on a way that does not end at the turn";
+                oddities.add(reason, || format!("relation {relation}"));
+            }
             restrictions.extend(on);
             if !off.is_empty() {
                 let ways = |turn: &Restriction| match &turn.via {
@@ -268,6 +283,28 @@ mod tests {
         assert_eq!(extract.oddities.count("turn restriction on a way that is not drivable"), 1);
         let missing = "turn restriction on a way that the extract does not have";
         assert_eq!(extract.oddities.count(missing), 1);
+    }
+
+    #[test]
+    fn a_restriction_on_a_way_that_goes_on_through_its_node_is_counted() {
+        use super::super::turns::Kind;
+        let member = |kind, id, role| Member { kind, id, role };
+        let tags = [("type", "restriction"), ("restriction", "no_left_turn")];
+        let mut streets = Streets::default();
+        streets.way(1, &ROAD, &[1, 2, 3]);
+        streets.way(2, &ROAD, &[2, 4]);
+        for (relation, from, to) in [(10, 1, 2), (11, 2, 1)] {
+            let members = [
+                member(Kind::Way, from, "from"),
+                member(Kind::Node, 2, "via"),
+                member(Kind::Way, to, "to"),
+            ];
+            streets.relation(relation, &tags, &members);
+        }
+        let extract = streets.finish();
+        assert_eq!(extract.restrictions, []);
+        let reason = "turn restriction on a way that does not end at the turn";
+        assert_eq!(extract.oddities.count(reason), 2);
     }
 
     #[test]

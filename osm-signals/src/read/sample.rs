@@ -73,7 +73,7 @@ impl Town {
         };
         let no_left = text(&[("type", "restriction"), ("restriction", "no_left_turn")]);
         let relations = vec![
-            (200, turn(102), no_left.clone()),
+            (200, turn(101), no_left.clone()),
             (201, turn(103), no_left),
             (202, turn(101), text(&[("type", "route"), ("route", "bus")])),
         ];

@@ -199,7 +199,7 @@ fn are_of_one(a: &Source, b: &Source, known: Known<'_>) -> bool {
     agree(&of(a), &of(b), &one.baseline)
 }
 
-/// Returns the settings that all methods read by which a run differs from another, as far as both have them.
+/// Returns the settings that all methods read by which a run differs from another; one at its default may be left out.
 pub fn settings(from: &Source, run: &Source, known: Known<'_>) -> Vec<String> {
     let of = |source: &Source| flat(&source.identity().settings);
     let (there, here) = (of(from), of(run));
@@ -209,12 +209,14 @@ pub fn settings(from: &Source, run: &Source, known: Known<'_>) -> Vec<String> {
             && !known.methods.contains(&method.as_str())
             && !NAMES.contains(&key)
     };
-    let differs = |(key, value): (&String, &Value)| {
-        let other = there.get(key)?;
-        let shown = || value.as_f64().filter(|_| value.is_f64()).map_or(value.to_string(), short);
-        (is_of_all(key) && value != other).then(|| format!("{key} = {}", shown()))
+    let said = |value: Option<&Value>| match value {
+        None => "not set".to_owned(),
+        Some(value) => value.as_f64().filter(|_| value.is_f64()).map_or(value.to_string(), short),
     };
-    here.iter().filter_map(differs).collect()
+    let keys: BTreeSet<&String> = there.keys().chain(here.keys()).collect();
+    let differs = |key: &&String| is_of_all(key) && there.get(*key) != here.get(*key);
+    let named = |key: &String| format!("{key} = {}", said(here.get(key)));
+    keys.into_iter().filter(differs).map(named).collect()
 }
 
 /// Returns a number with at most five significant digits.

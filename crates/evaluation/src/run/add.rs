@@ -7,11 +7,12 @@
 //! The new files are written into the folder `adding/`, its manifest last, and then take the places of the old ones. If that
 //! is interrupted, [`finish`] goes on with it; nobody reads the directory before.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
+use super::checkpoint;
 use crate::sample::{Design, SamplePlan};
 use crate::store::error::StoreError;
 use crate::store::manifest::{Identity, Manifest, Task};
@@ -23,10 +24,10 @@ use basics::files::{
 };
 
 /// Folders of results that take the place of the old ones.
-const FOLDERS: [&str; 2] = ["done", "models"];
+const FOLDERS: [&str; 3] = ["done", "models", "ckpt"];
 
 /// Folders whose files are called by numbers of the old plan.
-const NUMBERED: [&str; 3] = ["logs", "ckpt", "jobs"];
+const NUMBERED: [&str; 2] = ["logs", "jobs"];
 
 /// Returns what stands between an existing run and a larger one, in words; `None` if the existing one can be added to.
 ///
@@ -134,6 +135,14 @@ pub(super) fn add(
         }
         kept += 1;
     }
+    let there = there.sha256();
+    for task in before.missing().filter(|task| !replaced.contains(&task.method)) {
+        let Some(place) = places.get(&key(task)) else { continue };
+        let begun = checkpoint::moved(layout, (&there, task.task), (&sha256, place.task));
+        if let Some(begun) = begun {
+            put(layout, &adding.checkpoint(place.task), &begun)?;
+        }
+    }
     for name in FOLDERS {
         make_folder_beneath(layout.root(), &adding.root().join(name))?;
     }
@@ -141,9 +150,22 @@ pub(super) fn add(
     if let Some(design) = design {
         write_atomically(&adding.design(), &design.to_json())?;
     }
+    if !replaced.is_empty() || layout.replaced().exists() {
+        let text = serde_json::to_vec(replaced).expect("names are plain data");
+        write_atomically(&adding.replaced(), &text)?;
+    }
     write_atomically(&adding.manifest(), &manifest.to_json())?;
     finish(layout)?;
     Ok(kept)
+}
+
+/// Whether the records of these methods are being computed again: the last command that added to the run asked for it, and
+/// some have no record yet. The same command then goes on with it.
+pub(super) fn is_replacing(layout: &Layout, tasks: &[Task], replaced: &[String]) -> bool {
+    let text = files::read(&layout.replaced(), limits::DOCUMENT).ok();
+    let asked = text.and_then(|text| serde_json::from_slice::<BTreeSet<String>>(&text).ok());
+    asked == Some(replaced.iter().cloned().collect())
+        && tasks.iter().any(|t| replaced.contains(&t.method) && !layout.record(t.task).exists())
 }
 
 /// Takes the records of another run along that are of tasks of this one, where these have none yet. Without models: what
@@ -192,7 +214,12 @@ pub(super) fn finish(layout: &Layout) -> Result<(), StoreError> {
                 rename(&new, &old)?;
             }
         }
-        for (new, old) in [(adding.plan(), layout.plan()), (adding.design(), layout.design())] {
+        let files = [
+            (adding.plan(), layout.plan()),
+            (adding.design(), layout.design()),
+            (adding.replaced(), layout.replaced()),
+        ];
+        for (new, old) in files {
             if new.exists() {
                 rename(&new, &old)?;
             }
@@ -284,6 +311,28 @@ mod tests {
         assert_eq!(Results::load(&small).unwrap().missing().count(), 6);
         // Again it is the same run.
         assert_eq!(establish(&small, now, &tasks, None, &[]).unwrap().kept, None);
+    }
+
+    #[test]
+    fn the_same_command_goes_on_with_records_that_are_computed_again() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path().join("r"));
+        layout.make().unwrap();
+        let (manifest, tasks) = with_request(&names(&["tuner"]), 2, 1);
+        let again = || {
+            let replaced = names(&["tuner"]);
+            establish(&layout, manifest.clone(), &tasks, None, &replaced).unwrap().kept
+        };
+        establish(&layout, manifest.clone(), &tasks, None, &[]).unwrap();
+        committed(&layout, &manifest, &tasks);
+        let of_others = tasks.iter().filter(|task| task.method != "tuner").count();
+        assert_eq!(again(), Some(of_others));
+        let of_tuner: Vec<Task> = tasks.iter().filter(|t| t.method == "tuner").cloned().collect();
+        committed(&layout, &manifest, &of_tuner[..1]);
+        assert_eq!(again(), None, "it was interrupted");
+        assert!(layout.record(of_tuner[0].task).exists());
+        committed(&layout, &manifest, &of_tuner[1..]);
+        assert_eq!(again(), Some(of_others), "it was over");
     }
 
     #[test]

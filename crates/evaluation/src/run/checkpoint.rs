@@ -147,6 +147,27 @@ pub(super) struct Kept {
     pub(super) simulator_s: f64,
 }
 
+/// Returns the checkpoint of a task as that of its place in a larger run; `None` where the run has none that could be used.
+///
+/// # Arguments
+///
+/// * `from` — the sha256 of the run's manifest, and the number of the task there.
+/// * `to` — the same of the larger run.
+pub(super) fn moved(layout: &Layout, from: (&str, usize), to: (&str, usize)) -> Option<Vec<u8>> {
+    let path = layout.checkpoint(from.1);
+    if !path.exists() {
+        return None;
+    }
+    let mut archive = Archive::read(&path).ok()?;
+    let mut kept: Kept = archive.get(TASK).ok()?;
+    if (kept.stamp.manifest.as_str(), kept.stamp.task) != from {
+        return None;
+    }
+    (kept.stamp.manifest, kept.stamp.task) = (to.0.to_owned(), to.1);
+    archive.put(TASK, kept);
+    Some(archive.to_bytes())
+}
+
 /// Keeps the checkpoint of one task.
 #[derive(Debug)]
 pub(super) struct Keeper {
@@ -340,6 +361,18 @@ mod tests {
         fs::rename(layout.checkpoint(3), layout.checkpoint(4)).unwrap();
         let reason = keeper(&layout, "abc", 4).restore().unwrap_err();
         assert!(reason.contains("it is of task 3, not 4"), "{reason}");
+    }
+
+    #[test]
+    fn a_checkpoint_goes_along_into_a_larger_run_unless_it_is_of_another() {
+        let (_dir, layout) = kept();
+        assert_eq!(moved(&layout, ("xyz", 3), ("new", 8)), None);
+        assert_eq!(moved(&layout, ("abc", 4), ("new", 8)), None);
+        let bytes = moved(&layout, ("abc", 3), ("new", 8)).unwrap();
+        fs::write(layout.checkpoint(8), bytes).unwrap();
+        let (archive, kept) = keeper(&layout, "new", 8).restore().unwrap().unwrap();
+        assert_eq!((archive.to_bytes(), kept.rows), (state().to_bytes(), vec![row()]));
+        assert_eq!(kept.validated.candidates[1].model.to_bytes(), state().to_bytes());
     }
 
     #[test]

@@ -244,13 +244,18 @@ pub fn establish(
     }
     let existing = Manifest::read(layout)?;
     let (there, now) = (&existing.identity, &manifest.identity);
-    if there == now && replaced.is_empty() {
+    if there == now && (replaced.is_empty() || add::is_replacing(layout, tasks, replaced)) {
         write_plan(layout, tasks, design, true)?;
         return Ok(Established { manifest: existing, kept: None });
     }
     let Some(difference) = add::obstacle(there, now, replaced) else {
-        let started = existing.provenance.started.clone();
-        let provenance = Provenance { started, ..manifest.provenance };
+        // All commands together make the run.
+        let Provenance { started, command: before, .. } = &existing.provenance;
+        let command = match manifest.provenance.command {
+            last if before.ends_with(&last) => before.clone(),
+            last => format!("{before} && {last}"),
+        };
+        let provenance = Provenance { started: started.clone(), command, ..manifest.provenance };
         let manifest = Manifest { identity: manifest.identity, provenance };
         let kept = add::add(layout, &existing, (&manifest, tasks), design, replaced)?;
         return Ok(Established { manifest, kept: Some(kept) });

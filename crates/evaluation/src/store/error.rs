@@ -146,7 +146,8 @@ pub enum StoreError {
     /// A run to which jobs of a batch system may still add records.
     #[error(
         "{}: jobs of a batch system may still add records, so nothing can be added to the run; wait until \
-         `tsc-family status` says that all tasks are done, or give another --out",
+         `tsc-family status` says that all tasks are done; if no job is left, do the missing tasks first with \
+         `tsc-family resume --executor local`; or give another --out",
         .0.display()
     )]
     Submitted(PathBuf),

@@ -90,6 +90,11 @@ impl Layout {
         self.root.join("dropped.json")
     }
 
+    /// `replaced.json`: methods whose records the last addition to the run computes again.
+    pub fn replaced(&self) -> PathBuf {
+        self.root.join("replaced.json")
+    }
+
     /// `design.json`.
     pub fn design(&self) -> PathBuf {
         self.root.join("design.json")

@@ -15,7 +15,7 @@ mod limits;
 pub mod metrics;
 mod movements;
 pub mod observe;
-mod on_red;
+pub(crate) mod on_red;
 pub mod pairs;
 pub mod pedestrians;
 pub mod side;

@@ -11,7 +11,7 @@ use crate::vocabulary::{is_met_by_yielding, on_red};
 
 /// The links of a signal that may be used on red.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct OnRed {
+pub(crate) struct OnRed {
     /// By link index.
     may: Vec<bool>,
     /// Shape `[links, links]`; whether the first may be used on red and the second meets it.
@@ -22,7 +22,7 @@ pub(super) struct OnRed {
 
 impl OnRed {
     /// Finds the links and turns their letter into red in all programs of the signal.
-    pub(super) fn take(signal: &mut SignalInfo) -> Self {
+    pub(crate) fn take(signal: &mut SignalInfo) -> Self {
         let count = signal.links.len();
         let states = || signal.programs.iter().flat_map(|p| &p.phases).map(|p| p.state.as_str());
         let meet = |link: usize, other: usize| other != link && signal.may_meet(link, other);

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Control, ExistingPlan, PlanPhase, Recall, schedule};
+use super::{Control, ExistingPlan, PlanPhase, Recall, Timed, schedule};
 use crate::program::{ProgramKind, ProgramPhase, RingPhase, SignalProgram};
 use crate::settings::SignalSettings;
 use crate::timing::Timing;
@@ -68,10 +68,14 @@ pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
         reference,
         ..ExistingPlan::new(Control::Coordinated, phases)
     };
-    // Plans count from the beginning of the first coordinated green, which lasts its split at least.
+    // Plans count from the beginning of the first coordinated green, rings from the end of the first that ends.
     let (timed, _) = schedule(&plan);
-    let green_s = plan.coordinated().iter().map(|p| timed[*p].green_s).max().unwrap_or_default();
-    plan.offset_s = Some((signal.offset_s - f64::from(green_s)).rem_euclid(cycle_s));
+    let coordinated = plan.coordinated();
+    let of = |time: fn(&Timed) -> u32| coordinated.iter().map(|p| time(&timed[*p])).min();
+    let begin_s = of(|t| t.begin_s).unwrap_or_default();
+    let end_s = of(|t| t.begin_s + t.green_s).unwrap_or_default();
+    let before_s = f64::from(end_s) - f64::from(begin_s);
+    plan.offset_s = Some((signal.offset_s - before_s).rem_euclid(cycle_s));
     plan
 }
 

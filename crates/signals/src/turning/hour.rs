@@ -108,6 +108,9 @@ pub struct Hour {
     pub is_assumed: bool,
     /// Fields that are empty beside numbers of the same column, and count as nobody.
     pub empty: usize,
+    /// Times of the period, such as `08:00 to 08:15`, that have no row between rows of their day: hours with them are not
+    /// looked at on that day.
+    pub missing: Vec<String>,
 }
 
 impl Hour {
@@ -214,6 +217,7 @@ pub(super) fn busiest(
     let (from, to) = period.map_or((0, super::clock::DAY_MIN), |p| (p.from_min, p.to_min));
     let starts: BTreeSet<u32> = by_time.keys().map(|(_, minute)| *minute).collect();
     let within = starts.into_iter().filter(|start| *start >= from && start + HOUR_MIN <= to);
+    let missing = gaps(&by_time, step, (from, to));
     let mut best: Option<Hour> = None;
     for start in within {
         let whole = |day: &&str| -> Option<Vec<&Interval>> {
@@ -224,7 +228,8 @@ pub(super) fn busiest(
         if hours.is_empty() {
             continue;
         }
-        let hour = Hour { is_assumed, ..sum(&hours, step, Some(start)) };
+        let missing = missing.clone();
+        let hour = Hour { is_assumed, missing, ..sum(&hours, step, Some(start)) };
         if let Some(((heading, _), vph)) = hour.vehicles.iter().find(|(_, vph)| **vph > MOST_VPH) {
             let message = format!(
                 "{vph:.0} vehicles of one {heading} movement in an hour: expected at most {MOST_VPH}; give counts of an hour, \
@@ -245,6 +250,26 @@ pub(super) fn busiest(
         );
         Unfit::NoHour(first.line, message)
     })
+}
+
+/// Returns the times within a part of the day that lack rows, each shorter than an hour: longer ones lie between periods that
+/// were counted.
+fn gaps(
+    by_time: &BTreeMap<(&str, u32), &Interval>,
+    step: u32,
+    (from, to): (u32, u32),
+) -> Vec<String> {
+    let keys: Vec<(&str, u32)> = by_time.keys().copied().collect();
+    let several = keys.first().map(|k| k.0) != keys.last().map(|k| k.0);
+    let gap = |pair: &[(&str, u32)]| {
+        let ((day, before), (next_day, next)) = (pair[0], pair[1]);
+        let begin = before + step;
+        let is_gap = day == next_day && next > begin && next < begin + HOUR_MIN;
+        let day = if several { format!("{day} ") } else { String::new() };
+        (is_gap && begin < to && next > from)
+            .then(|| format!("{day}{} to {}", written(begin), written(next)))
+    };
+    keys.windows(2).filter_map(gap).collect()
 }
 
 /// Returns where the times of a day go back from the morning to what may be an afternoon without its half of the day.
@@ -330,7 +355,8 @@ fn sum(hours: &[Vec<&Interval>], step: u32, begin_min: Option<u32>) -> Hour {
         .filter(|(_, (_, all))| *all > 0.0)
         .map(|(h, (of, all))| (h, of / all))
         .collect();
-    Hour { begin_min, days, vehicles, quarters, heavy, pedestrians, is_assumed: false, empty }
+    let (is_assumed, missing) = (false, Vec::new());
+    Hour { begin_min, days, vehicles, quarters, heavy, pedestrians, is_assumed, empty, missing }
 }
 
 #[cfg(test)]
@@ -384,6 +410,23 @@ mod tests {
             line == 2 && why.starts_with("no hour within night (01:00 to 04:00) is complete"),
             "{why}"
         );
+    }
+
+    #[test]
+    fn a_row_that_is_missing_between_others_is_said_and_a_pause_between_periods_is_not() {
+        let quarter = |k: u32| ("Tue", 420 + 15 * k, f64::from(10 + k));
+        let mut counts: Vec<_> = (0..8).filter(|k| *k != 4).map(quarter).collect();
+        counts.extend((0..4).map(|k| ("Tue", 960 + 15 * k, 1.0)));
+        let hour = busiest(&rows(&counts), None, None).unwrap();
+        assert_eq!(
+            (hour.begin_min, &*hour.missing),
+            (Some(420), &["08:00 to 08:15".to_owned()][..])
+        );
+        let evening: Period = "pm=16:00-17:00".parse().unwrap();
+        assert!(busiest(&rows(&counts), None, Some(&evening)).unwrap().missing.is_empty());
+        counts.push(("Wed", 420, 1.0));
+        let hour = busiest(&rows(&counts), None, None).unwrap();
+        assert_eq!(hour.missing, ["Tue 08:00 to 08:15"]);
     }
 
     #[test]

@@ -77,11 +77,13 @@ struct Said {
     few: Vec<String>,
     no_hour: Vec<String>,
     empty: Vec<String>,
+    missing: Vec<String>,
     several_days: Vec<String>,
     unclear_days: Vec<String>,
     weekend_only: Vec<String>,
     one_row: Vec<String>,
     divided_walkers: Vec<String>,
+    no_walkers: Vec<String>,
     no_crosswalk: Vec<String>,
     too_many_walkers: Vec<String>,
 }
@@ -321,6 +323,7 @@ impl Said {
         if hour.empty > 0 {
             self.empty.push(format!("{at}: {} fields", hour.empty));
         }
+        self.missing.extend(hour.missing.iter().map(|times| format!("{at}: {times}")));
         if hour.total() < FEW_VEHICLES {
             self.few.push(format!("{at}: {:.1} vehicles", hour.total()));
         }
@@ -418,17 +421,18 @@ impl Said {
         let taken: Vec<usize> = arm_of.values().copied().flatten().collect();
         let matched = matched_arms(&headings, arms, &taken);
         arm_of.extend(headings.into_iter().zip(matched.arms));
-        let anywhere = hour.pedestrians.get(&None).copied().unwrap_or_default();
-        if anywhere > 0.0 {
+        let anywhere = hour.pedestrians.get(&None).copied();
+        if let Some(anywhere) = anywhere.filter(|anywhere| *anywhere > 0.0) {
             self.divided_walkers.push(format!("intersection {}: {anywhere:.0}", intersection.id));
         }
         let incoming = arms.iter().filter(|arm| arm.lanes_in > 0).count();
-        let share = anywhere / incoming.max(1) as f64;
+        // Nobody knows who crosses an arm that was not counted beside others.
+        let share = anywhere.map(|anywhere| anywhere / incoming.max(1) as f64);
         let mut per_h = vec![share; arms.len()];
         let counted = hour.pedestrians.iter().filter_map(|(heading, n)| Some(((*heading)?, *n)));
         for (heading, count) in counted {
             match arm_of[&heading] {
-                Some(arm) => per_h[arm] += count,
+                Some(arm) => *per_h[arm].get_or_insert(0.0) += count,
                 None if count > 0.0 => self
                     .no_crosswalk
                     .push(format!("intersection {}, {heading}: {count:.0}", intersection.id)),
@@ -437,6 +441,10 @@ impl Said {
         }
         for (arm, per_h) in arms.iter_mut().zip(per_h) {
             let Some(counted) = arm.counted.as_mut().filter(|_| arm.lanes_in > 0) else { continue };
+            let Some(per_h) = per_h else {
+                self.no_walkers.push(format!("intersection {}, arm {}", intersection.id, arm.arm));
+                continue;
+            };
             counted.pedestrians_per_h = Some(per_h.min(MOST_PEDESTRIANS_PER_H));
             if per_h > MOST_PEDESTRIANS_PER_H {
                 self.too_many_walkers
@@ -550,6 +558,10 @@ impl Said {
             ),
             ("counted, but without a complete hour in the period", self.no_hour),
             ("empty fields beside numbers count as nobody", self.empty),
+            (
+                "rows are missing between others, so hours with them may have been busier; add them",
+                self.missing,
+            ),
             ("the hour is the mean of several days", self.several_days),
             (
                 "weekends are not told from working days, because dates are not understood; write all of them like 2026-11-05",
@@ -567,6 +579,10 @@ impl Said {
             (
                 "pedestrians cross an arm that does not lead to the signal, and are not simulated",
                 self.no_crosswalk,
+            ),
+            (
+                "pedestrians were counted on other arms only, and these have nobody who pushes a button",
+                self.no_walkers,
             ),
             (too_many_walkers.as_str(), self.too_many_walkers),
         ];

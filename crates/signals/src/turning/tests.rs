@@ -446,11 +446,12 @@ fn pedestrians_cross_the_arm_that_the_vehicles_of_their_direction_have() {
     let skew = table(&[("7", &[(220.0, ""), (135.0, ""), (0.0, "")])]);
     let text = "INTID,NBL,NBR,SBL,SBR,EBL,EBR,NB Peds\n7,11,12,21,22,31,32,25\n";
     let joined = counts(text).into_approaches(&skew, &[], RIGHT).unwrap();
-    let of = |of: &dyn Fn(Counted) -> f64| {
-        joined.approaches.iter().map(|a| of(a.counted.unwrap())).collect::<Vec<_>>()
-    };
-    assert_eq!(of(&|c| c.total_vph()), [63.0, 23.0, 43.0]);
-    assert_eq!(of(&|c| c.pedestrians_per_h.unwrap()), [0.0, 25.0, 0.0]);
+    let counted: Vec<Counted> = joined.approaches.iter().map(|a| a.counted.unwrap()).collect();
+    assert_eq!([0, 1, 2].map(|arm: usize| counted[arm].total_vph()), [63.0, 23.0, 43.0]);
+    let people = [0, 1, 2].map(|arm: usize| counted[arm].pedestrians_per_h);
+    assert_eq!(people, [None, Some(25.0), None], "nobody counted the others");
+    let said = doubts(&joined);
+    assert!(said.contains("pedestrians were counted on other arms only"), "{said}");
 }
 
 #[test]

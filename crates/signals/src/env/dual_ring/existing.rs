@@ -600,7 +600,20 @@ mod tests {
             phase.barrier = 2 * phase.barrier + phase.ring;
             phase.ring = 1;
         }
-        for plan in [lead_lead, lead_lag(), lag_lag, one_ring, split] {
+        // The side street lasts longer than its split at least, or exactly as long beside unequal yellows.
+        let mut long = placed(Control::Coordinated);
+        let mut unequal = long.clone();
+        for phase in long.phases.iter_mut().filter(|p| p.barrier == 2) {
+            phase.min_green_s = phase.max_green_s + 10.0;
+        }
+        for phase in &mut unequal.phases {
+            match phase.number {
+                6 => phase.yellow_s += 1.0,
+                _ if phase.barrier == 2 => phase.min_green_s = phase.max_green_s,
+                _ => {}
+            }
+        }
+        for plan in [lead_lead, lead_lag(), lag_lag, one_ring, split, long, unequal] {
             let mut rings = rings(&plan);
             let cycle_s = rings.plan().coordination.as_ref().unwrap().cycle_s;
             let mut waited_s = vec![0; plan.phases.len()];

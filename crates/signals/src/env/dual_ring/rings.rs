@@ -19,7 +19,8 @@
 //!
 //! An existing plan has its own yellow and red per phase, and a ring takes those of its phase whatever stays green. Where
 //! it is coordinated, a clock counts the cycle: coordinated phases are green until they may end, others end at the end of
-//! their splits at the latest, and a phase that could not last its least before that is not called until the next cycle.
+//! their splits at the latest, and a phase that could not last its least before that is not called until the next cycle. One
+//! whose split has no more room than that, or that has waited for a whole cycle, overruns its split.
 
 use osm_signals::Turn;
 
@@ -88,6 +89,8 @@ pub(super) struct Rings {
     stages: [Stage; 2],
     /// Time since the first coordinated phase could end, seconds; stands still without a cycle.
     clock_s: u32,
+    /// Per phase, for how long it has been called without being green, seconds.
+    waits_s: Vec<u32>,
     green: Vec<bool>,
     /// Yellow that is left per link, seconds.
     yellow_s: Vec<u32>,
@@ -120,6 +123,7 @@ impl Rings {
         let mut rings = Self {
             links,
             clock_s: plan.coordination.as_ref().map_or(0, |c| c.begins_s),
+            waits_s: vec![0; plan.phases.len()],
             plan,
             timing,
             side,
@@ -209,6 +213,13 @@ impl Rings {
         }
         if let Some(coordination) = &self.plan.coordination {
             self.clock_s = (self.clock_s + 1) % coordination.cycle_s;
+            for (phase, waits_s) in self.waits_s.iter_mut().enumerate() {
+                let is_called = seen.calls[phase] || self.plan.phases[phase].recall;
+                let is_green =
+                    |stage: &Stage| matches!(stage, Stage::Green { phase: p, .. } if *p == phase);
+                *waits_s =
+                    if is_called && !self.stages.iter().any(is_green) { *waits_s + 1 } else { 0 };
+            }
         }
         let clocks = self.yellow_s.iter_mut().chain(&mut self.clearing_s);
         clocks.for_each(|s| *s = s.saturating_sub(1));
@@ -308,19 +319,23 @@ impl Rings {
         self.plan.coordination.as_ref().is_some_and(|c| c.holds[phase])
     }
 
-    /// Whether a phase that is called may last its least before the cycle ends it.
+    /// Whether a phase that is called may last its least before the cycle ends it. One whose split has no more room than its
+    /// least begins whenever it is called within its split, and overruns it. So does one that has waited for a whole cycle:
+    /// nobody waits for ever.
     fn fits(&self, phase: usize) -> bool {
         let Some(coordination) = &self.plan.coordination else { return true };
-        let change_s = |stage: &Stage| match stage {
-            Stage::Green { phase, .. } => {
-                let (yellow_s, red_s) = self.plan.phases[*phase].change_s;
-                yellow_s + red_s
-            }
-            _ => 0,
+        let Some(split_s) = coordination.splits_s[phase] else { return false };
+        if coordination.holds[phase] || self.waits_s[phase] >= coordination.cycle_s {
+            return true;
+        }
+        let change_s = |phase: usize| {
+            let (yellow_s, red_s) = self.plan.phases[phase].change_s;
+            yellow_s + red_s
         };
-        let before_s = self.stages.iter().map(change_s).max().unwrap_or_default();
-        let needed_s = self.clock_s + before_s + self.plan.phases[phase].min_s;
-        coordination.holds[phase] || needed_s <= self.end_s(coordination, phase, 0)
+        let before_s = self.green_phases().map(change_s).max().unwrap_or_default();
+        let min_s = self.plan.phases[phase].min_s;
+        let least_s = if min_s + change_s(phase) < split_s { min_s } else { 0 };
+        self.clock_s + before_s + least_s <= self.end_s(coordination, phase, 0)
     }
 
     /// Returns why the green of a ring ends now; none where nothing in it says so.
