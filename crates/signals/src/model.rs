@@ -1,6 +1,6 @@
 //! Models of learners that control signals: what it takes to set one up again, and to play it elsewhere.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use serde_json::Value;
 
@@ -14,7 +14,7 @@ use evaluation::run::RunError;
 use evaluation::run::method::{Method, Training, find};
 use evaluation::run::model::SavedModel;
 use evaluation::settings::overrides::Override;
-use evaluation::store::difference::flat;
+use evaluation::store::difference::{differing, flat};
 
 /// Entry of a card with the method that one of somebody's own is but for what it sees or is paid for.
 pub(crate) const BUILT_ON: &str = "built_on";
@@ -145,14 +145,12 @@ fn difference(there: &SignalSettings, here: &SignalSettings) -> Option<String> {
         flat(&serde_json::to_value(signal).expect("settings are plain data"))
     };
     let (there, here) = (of(there), of(here));
-    // A setting at its default may be left out.
     let said = |value: Option<&Value>| value.map_or("not set".to_owned(), Value::to_string);
-    let keys: BTreeSet<&String> = there.keys().chain(here.keys()).collect();
-    let differing = keys.into_iter().filter(|key| there.get(*key) != here.get(*key)).map(|key| {
+    let named = |key: &String| {
         format!("signal.{key} = {} there, {} here", said(there.get(key)), said(here.get(key)))
-    });
-    let differing: Vec<String> = differing.collect();
-    (!differing.is_empty()).then(|| differing.join("; "))
+    };
+    let named: Vec<String> = differing(&there, &here).into_iter().map(named).collect();
+    (!named.is_empty()).then(|| named.join("; "))
 }
 
 /// What a learner has learned, as a method that does not learn.

@@ -16,7 +16,7 @@ use super::joined::{Known, Source, agree, check_together, evaluations, section};
 use super::whole::Analysis;
 use crate::sample::Sampling;
 use crate::stats::Direction;
-use crate::store::difference::flat;
+use crate::store::difference::{differing, flat};
 use crate::store::manifest::{Identity, PointRow};
 
 /// Settings that name a family or say where its tables are.
@@ -213,10 +213,8 @@ pub fn settings(from: &Source, run: &Source, known: Known<'_>) -> Vec<String> {
         None => "not set".to_owned(),
         Some(value) => value.as_f64().filter(|_| value.is_f64()).map_or(value.to_string(), short),
     };
-    let keys: BTreeSet<&String> = there.keys().chain(here.keys()).collect();
-    let differs = |key: &&String| is_of_all(key) && there.get(*key) != here.get(*key);
     let named = |key: &String| format!("{key} = {}", said(here.get(key)));
-    keys.into_iter().filter(differs).map(named).collect()
+    differing(&there, &here).into_iter().filter(|key| is_of_all(key)).map(named).collect()
 }
 
 /// Returns a number with at most five significant digits.

@@ -1,7 +1,7 @@
 //! What makes one run another one, in words: the settings and flags that people give come before the
 //! files and hashes that follow from them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Debug;
 
 use serde_json::Value;
@@ -81,9 +81,7 @@ fn differs<T: PartialEq + Debug>(what: &str, there: &T, now: &T) -> Option<Strin
 /// Returns the settings that differ.
 fn settings(there: &Value, now: &Value) -> Option<String> {
     let (there, now) = (flat(there), flat(now));
-    let keys: std::collections::BTreeSet<&String> = there.keys().chain(now.keys()).collect();
-    let differ: Vec<&String> =
-        keys.into_iter().filter(|key| there.get(*key) != now.get(*key)).collect();
+    let differ = differing(&there, &now);
     let shown = |values: &BTreeMap<String, Value>, key: &String| match values.get(key) {
         None | Some(Value::Null) => "not set".to_owned(),
         Some(value) => shortened(&value.to_string()),
@@ -104,6 +102,15 @@ fn settings(there: &Value, now: &Value) -> Option<String> {
         more => format!(", and {more} more settings differ"),
     };
     Some(format!("the setting {}{more}", named.join(", ")))
+}
+
+/// Returns the names, in their order, whose values differ or which only one of two has: a setting at its default may be left out.
+pub fn differing<'a>(
+    there: &'a BTreeMap<String, Value>,
+    now: &'a BTreeMap<String, Value>,
+) -> Vec<&'a String> {
+    let keys: BTreeSet<&String> = there.keys().chain(now.keys()).collect();
+    keys.into_iter().filter(|key| there.get(*key) != now.get(*key)).collect()
 }
 
 /// Returns the values of a tree by their dotted names.
