@@ -377,7 +377,7 @@ fn of_two_elements_with_one_id_the_later_one_wins() {
     let mut town = Town::small();
     town.ways.push((100, vec![13, 12], text(&[("highway", "tertiary")])));
     town.nodes.push((-7, 0, 0, text(&[("highway", "traffic_signals")])));
-    town.nodes.push((10, 5, 5, vec![]));
+    town.nodes.push((11, 5, 5, vec![]));
     town.relations.push(town.relations[0].clone());
     let extract = xml(town.xml().as_bytes()).unwrap();
     assert_eq!(extract.nodes_of(&extract.ways[0]), [13, 12]);
