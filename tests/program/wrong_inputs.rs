@@ -255,7 +255,7 @@ fn mistakes() -> Vec<Mistake> {
             true,
             &[
                 "plan.csv, line 2: intersection 1: phase 2 has EBT and NBT, which cross",
-                "let one yield",
+                "put a turn across opposing traffic under yielding",
             ],
         ),
         (

@@ -6,7 +6,7 @@
 //! - **Effective green** is the green that was shown: lost time at its beginning and use of yellow at its end are 2 s each and
 //!   cancel.
 //! - **A turn that yields** has the capacity of the manual's gap model (headways of 4.5 and 2.5 s) in what the opposing queue
-//!   leaves of its green, and two vehicles at the end of each green.
+//!   leaves of its green, and two vehicles at the end of each green in which it yields.
 //! - **A lane group** is used to the sum, over its movements, of volume divided by the capacity that its lanes would have for
 //!   that movement alone. For a group of one movement that is volume divided by capacity.
 //! - **Control delay by formula** is the manual's uniform and incremental delay for random arrivals and fixed greens (k = 0.5,
@@ -143,8 +143,9 @@ impl Basis {
 
     /// Returns the capacity of a turn while it yields to a volume.
     fn permissive_vph(&self, own: &Supply, against: &Supply, volume_vph: f64) -> f64 {
-        let cycles_per_h = own.greens_per_h.max(against.greens_per_h).max(1.0);
-        let cycle_s = SECONDS_PER_HOUR / cycles_per_h;
+        let cycle_s = SECONDS_PER_HOUR / against.greens_per_h.max(1.0);
+        // A turn that has the right of way at other times has more greens than those that end while it yields.
+        let sneakers_vph = SNEAKERS * own.greens_per_h.min(against.greens_per_h);
         let red_s = (1.0 - against.protected_share - against.permissive_share).max(0.0) * cycle_s;
         let per_lane_vph = volume_vph / f64::from(against.lanes.max(1));
         let queue_s = match per_lane_vph < self.saturation_vph {
@@ -159,7 +160,7 @@ impl Basis {
             }
             false => SECONDS_PER_HOUR / FOLLOW_S,
         };
-        (flow_vph * free_s + SNEAKERS * SECONDS_PER_HOUR) / cycle_s
+        flow_vph * free_s / cycle_s + sneakers_vph
     }
 
     /// Returns uniform and incremental delay.
@@ -255,6 +256,11 @@ mod tests {
         let capacity = BASIS.capacities(&all)[0].unwrap();
         near(capacity.group_vph.unwrap(), 417.8);
         assert_eq!(capacity.delay_s, None, "the manual needs more than these formulas");
+        // With an arrow before it there are twice as many greens, and the same number that end while it yields.
+        let mut with_arrow = all.clone();
+        let supply = with_arrow[0].supply.as_mut().unwrap();
+        (supply.protected_share, supply.greens_per_h) = (0.1, 80.0);
+        near(BASIS.capacities(&with_arrow)[0].unwrap().group_vph.unwrap(), 417.8 + 180.95);
         // Nobody opposes: as with the right of way.
         near(BASIS.capacities(&all[..1])[0].unwrap().group_vph.unwrap(), 1900.0 / 1.05 * 0.5);
     }

@@ -4,11 +4,12 @@
 //!   those of UTDF do, that direction counts, else the compass.
 //! - **Right turns without a phase** go with the through movement of their approach, and left turns from shared lanes yield
 //!   in its phases. This is said, unless the right turn shares a lane with it. Any other movement needs a phase.
-//! - **Movements that cross** may not both have the right of way. Right turns are no part of this: they yield.
+//! - **Movements that cross** are not green together, unless one is a left turn that yields to opposing traffic. Right turns
+//!   are no part of this: they yield.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use osm_signals::angle::normalise_degrees;
+use osm_signals::angle::{normalise_degrees, turn_degrees};
 use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
@@ -26,6 +27,10 @@ use crate::turning::{comparable, matched_arms};
 use crate::vocabulary::Heading;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
+
+/// Arms between which no street goes straight on are opposite if their bearings are further apart than this, degrees: those
+/// of streets that cross at an angle of 60 degrees are not.
+const LEAST_OPPOSITE_DEG: f64 = 120.0;
 
 /// Most names that a message lists.
 const FEW: usize = 6;
@@ -333,7 +338,7 @@ fn place(
         }
     }
     complete(&mut plan, &arms, &layout, &named, side, &mut notes)?;
-    no_crossing(&plan, &layout, &named)?;
+    no_crossing(&plan, spec, &layout, &named)?;
     let names: BTreeSet<String> =
         plan.phases.iter().flat_map(|p| p.all_movements().cloned()).collect();
     for name in names {
@@ -432,9 +437,10 @@ fn complete(
     Ok(())
 }
 
-/// Refuses phases that give crossing movements the right of way together.
+/// Refuses phases in which crossing movements are green together, unless one is a left turn that yields to opposing traffic.
 fn no_crossing(
     plan: &ExistingPlan,
+    spec: &IntersectionSpec,
     layout: &LaneLayout,
     named: &dyn Fn(&str) -> Option<(usize, Turn)>,
 ) -> Result<(), String> {
@@ -443,12 +449,20 @@ fn no_crossing(
         layout.movements.iter().filter(|m| way == Some((m.from, m.turn))).collect()
     };
     for pair in plan.pairs() {
-        let of = |p: usize| plan.phases[p].movements.iter().map(move |name| (p, name));
-        let all: Vec<(usize, &String)> = pair.iter().flat_map(|p| of(*p)).collect();
-        for (i, (a, one)) in all.iter().enumerate() {
-            for (b, other) in &all[..i] {
-                let crosses = |m: &ArmMovement| ways(other).iter().any(|o| m.conflicts_with(o));
-                if !ways(one).iter().any(|m| crosses(m)) {
+        let of = |p: usize| {
+            let phase = &plan.phases[p];
+            let yields = phase.yielding.iter().map(move |name| (p, name, true));
+            phase.movements.iter().map(move |name| (p, name, false)).chain(yields)
+        };
+        let all: Vec<(usize, &String, bool)> = pair.iter().flat_map(|p| of(*p)).collect();
+        for (i, (a, one, one_yields)) in all.iter().enumerate() {
+            for (b, other, other_yields) in &all[..i] {
+                let meets = |m: &ArmMovement, o: &ArmMovement| {
+                    m.conflicts_with(o)
+                        && !(*one_yields && turns_across(m, o, spec, &layout.movements))
+                        && !(*other_yields && turns_across(o, m, spec, &layout.movements))
+                };
+                if !ways(one).iter().any(|m| ways(other).iter().any(|o| meets(m, o))) {
                     continue;
                 }
                 let [a, b] = [a, b].map(|p| &plan.phases[*p]);
@@ -460,12 +474,31 @@ fn no_crossing(
                     ),
                 };
                 return Err(format!(
-                    "{numbers} {other} and {one}, which cross; correct ring and barrier, or let one yield"
+                    "{numbers} {other} and {one}, which cross; correct ring and barrier, or put a turn across opposing traffic \
+                     under yielding"
                 ));
             }
         }
     }
     Ok(())
+}
+
+/// Returns whether a movement is a left turn and another one comes from the opposite arm.
+fn turns_across(
+    own: &ArmMovement,
+    other: &ArmMovement,
+    spec: &IntersectionSpec,
+    all: &[ArmMovement],
+) -> bool {
+    let leads = |from: usize, to: usize| {
+        all.iter().any(|m| (m.from, m.to, m.turn) == (from, to, Turn::Through))
+    };
+    let bearing_deg = |arm: usize| spec.arms[arm].bearing_deg;
+    let apart_deg = turn_degrees(bearing_deg(own.from), bearing_deg(other.from)).abs();
+    let is_opposite = leads(own.from, other.from)
+        || leads(other.from, own.from)
+        || apart_deg > LEAST_OPPOSITE_DEG;
+    own.turn == Turn::Left && is_opposite
 }
 
 /// Returns a turn on the ground as the network has it, or the other way round.
@@ -602,6 +635,11 @@ mod tests {
         assert!(e.contains("phases 4 and 8 are green together (barrier 2) and have"), "{e}");
         let e = refused(&|p| p.phases[2].movements.push("WBL".into()));
         assert!(e.contains("phase 4 has") && e.contains("which cross"), "{e}");
+        for name in ["NBT", "NBL"] {
+            let e = refused(&|p| p.phases[2].yielding.push(name.into()));
+            let expected = format!("phase 4 has EBT and {name}, which cross");
+            assert!(e.contains(&expected), "whoever yields to the street that crosses: {e}");
+        }
     }
 
     #[test]

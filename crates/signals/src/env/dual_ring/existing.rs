@@ -3,7 +3,8 @@
 //! - **Right of way.** A movement shows `G` in the phases that give it the right of way, and `g` where it yields. A right
 //!   turn that the plan gives the right of way beside another movement with it, and that meets it, yields.
 //! - **Detectors** are as those of `nema`: presence at the stop line. A lane belongs to the phases that give one of its
-//!   links the right of way; where none does, to those in which they yield.
+//!   links the right of way; where none does, to those in which they yield. A lane for right turns and others belongs to no
+//!   phase that serves its right turns alone.
 //! - **Pedestrians** take walk and clearance of the plan: in every cycle where every method serves them so, else on recall,
 //!   or when somebody has pushed the button. Where nobody crosses, only recall does. A fixed cycle is what it is.
 
@@ -182,6 +183,13 @@ impl<'a> Wired<'a> {
             let of_lane: Vec<usize> = on_lane(links, lane).collect();
             let has = |of: &Vec<usize>| of_lane.iter().any(|l| of.contains(l));
             if !has(&self.protected[index]) && self.protected.iter().any(has) {
+                continue;
+            }
+            // A lane for several movements would hold a phase that serves its right turns alone.
+            let goes_on = |of: &Vec<usize>| {
+                of_lane.iter().any(|l| of.contains(l) && links.turn(*l) != Some(Turn::Right))
+            };
+            if !goes_on(&own) && self.protected.iter().any(goes_on) {
                 continue;
             }
             let is_for = |turn| links.is_lane_for(lane, turn);
@@ -459,6 +467,30 @@ mod tests {
         assert_eq!(shown, expected(&[(MAIN, 5), (MAIN_ENDS, 4), (RED, 1), (SIDE, 50)]));
         let shown = play(&plan, &[(2, 0..99), (4, 0..99)], 60);
         assert_eq!(shown[0], (MAIN.to_owned(), 20), "its longest green");
+    }
+
+    #[test]
+    fn without_dual_entry_a_phase_is_green_alone_until_the_other_ring_is_called() {
+        let mut plan = placed(Control::Actuated);
+        plan.phases[5].dual_entry = false;
+        let shown = play(&plan, &[(4, 0..12), (8, 20..99)], 60);
+        let alone = ("rrrrrrrrrGGg", 11);
+        assert_eq!(shown, expected(&[(MAIN, 5), (MAIN_ENDS, 4), (RED, 1), alone, (SIDE, 39)]));
+        plan.phases[5].dual_entry = true;
+        assert_eq!(greens(&plan, &[4, 8], &[2, 4], 47), [(4, 25, 20), (8, 25, 20)]);
+    }
+
+    #[test]
+    fn a_shared_lane_does_not_hold_a_phase_that_serves_its_right_turn_alone() {
+        let (scene, mut plan) = (scene(), placed(Control::Actuated));
+        // The right turn of the side street beside the left turns of the main street.
+        plan.phases[3].movements.push("EBR".into());
+        let wired = Wired::new(&plan, &scene, &scene.signals[0]).unwrap();
+        let rings = wired.rings(&timing(&wired.links, &settings()));
+        let lanes = |phase: usize| -> Vec<&str> {
+            rings.phases[phase].detectors.iter().map(|d| scene.lanes[d.lane].id.as_str()).collect()
+        };
+        assert_eq!((lanes(3), lanes(2)), (vec!["in2_1"], vec!["in3_0", "in3_1"]));
     }
 
     #[test]

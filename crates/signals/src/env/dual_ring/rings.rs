@@ -6,7 +6,8 @@
 //! - **Across a barrier** both rings go together, when neither has a called phase left and both may end. A through
 //!   phase at its longest takes the other ring with it, unless that one's phase is coordinated and may not end yet. The
 //!   next side is the first in order of which a phase is called. A ring without a call there serves its through phase
-//!   beside the other ring's (dual entry).
+//!   beside the other ring's (dual entry). In an existing plan in which no phase of the ring does so, it rests until one of
+//!   them is called.
 //! - **Back to the same side**, for a left turn that came too late: both rings end first.
 //!
 //! What is never shown, whatever the plan says:
@@ -379,13 +380,19 @@ impl Rings {
 
     /// Returns the phase of a ring to which it can go on within the side.
     fn successor(&self, ring: usize, seen: &Seen) -> Option<usize> {
-        let Stage::Green { phase, .. } = self.stages[ring] else { return None };
         let order = &self.plan.sides[self.side][ring];
-        let place = order.iter().position(|p| *p == phase)?;
-        let next = *order[place + 1..].iter().find(|next| self.waits(**next, seen))?;
-        // In a cabinet the last phase of the other ring stays green for as long as this ring goes on, its longest green or not.
-        let has_room = self.plan.is_existing || self.has_room(ring, phase, next, seen);
-        has_room.then_some(next)
+        let called = |phases: &[usize]| phases.iter().copied().find(|next| self.waits(*next, seen));
+        match self.stages[ring] {
+            // In a cabinet the last phase of the other ring stays green for as long as this ring goes on, its longest green or not.
+            Stage::Idle if self.plan.is_existing => called(order),
+            Stage::Green { phase, .. } => {
+                let place = order.iter().position(|p| *p == phase)?;
+                let next = called(&order[place + 1..])?;
+                let has_room = self.plan.is_existing || self.has_room(ring, phase, next, seen);
+                has_room.then_some(next)
+            }
+            _ => None,
+        }
     }
 
     /// Whether a phase of a ring can begin after another one, and last its least, before the other ring's last phase
@@ -467,7 +474,8 @@ impl Rings {
                 |p: &&usize| (seen.calls[**p] || self.plan.phases[**p].recall) && self.fits(**p);
             let enters = |p: &&usize| self.plan.phases[**p].enters;
             let found = order.iter().find(called).or_else(|| order.iter().find(enters));
-            found.or(order.last()).copied()
+            // In a cabinet a ring without a call and without dual entry stays red.
+            found.or(order.last().filter(|_| !self.plan.is_existing)).copied()
         };
         let changes = [(0, first(0)), (1, first(1))];
         let again = side == self.side;
