@@ -93,6 +93,23 @@ fn the_look_that_is_under_way_is_what_status_and_resume_are_about() {
     assert_eq!(rows(&fs::read(&record).unwrap()), rows(&before));
 }
 
+#[test]
+fn a_look_that_was_handed_over_is_what_status_and_resume_are_about_before_it_has_a_record() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9", "--out", "r"];
+    let hand_over = || run(&[&args[..], &["--executor", "script"]].concat(), dir.path());
+    let out = dir.path().join("r");
+    let resume = || command(&["resume", "r", "--executor", "local"], dir.path()).status.code();
+    hand_over();
+    assert_eq!((resume(), records(&out)), (Some(0), 8));
+    let (_, said) = hand_over();
+    assert!(said.contains("continuing to 12"), "{said}");
+    let status = command(&["status", "r"], dir.path());
+    assert_eq!(status.status.code(), Some(6));
+    assert!(stdout(&status).contains("look 2 of 2: 8 of 24 tasks are done"), "{}", stdout(&status));
+    assert_eq!((resume(), records(&out)), (Some(0), 24));
+}
+
 /// The tasks of a look, counted from 0.
 fn plan_of_look(out: &Path, look: usize) -> Vec<u64> {
     let manifest: Value =
