@@ -242,6 +242,16 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
     }
     let domains = domains();
     let session = reopen(&domains, layout, manifest.clone(), prepared.clone())?;
+    let todo: Vec<Task> =
+        audit.tasks.iter().filter(|t| repeated.contains(&t.task)).cloned().collect();
+    let lacks_networks =
+        beside.unprepared > 0 || audit.damage.iter().any(|d| d.remedy == Remedy::Rebuild);
+    // Nothing is moved where a task could not be done again.
+    if !lacks_networks {
+        let domain = domain_of(&domains, layout, &manifest.identity)?;
+        let mut methods = todo.iter().map(|task| &task.method);
+        methods.try_for_each(|method| check_own(domain, layout, &manifest.identity, method))?;
+    }
     for damage in &audit.damage {
         match damage.remedy {
             Remedy::Repeat(_) | Remedy::Discard | Remedy::Renew => {
@@ -272,9 +282,7 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
     if repeated.is_empty() {
         return Ok(0);
     }
-    let networks =
-        beside.unprepared > 0 || audit.damage.iter().any(|d| d.remedy == Remedy::Rebuild);
-    if networks {
+    if lacks_networks {
         let command = &manifest.provenance.command;
         note(format!(
             "{} tasks are to do again, but their networks are not here: run the command of the run ({command}), \
@@ -282,16 +290,6 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
             repeated.len()
         ));
         return Ok(0);
-    }
-    let todo: Vec<Task> =
-        audit.tasks.iter().filter(|t| repeated.contains(&t.task)).cloned().collect();
-    for task in &todo {
-        check_own(
-            domain_of(&domains, layout, &manifest.identity)?,
-            layout,
-            &manifest.identity,
-            &task.method,
-        )?;
     }
     let interrupted = interrupted()?;
     let jobs =
