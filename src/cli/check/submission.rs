@@ -95,7 +95,6 @@ pub(super) fn verify(layout: &Layout, prepared: &Path, args: &CheckArgs) -> anyh
     let domain = domain_of(&domains, layout, identity)?;
     let mut findings = Findings(Vec::new());
     let records = results.done().count();
-    let failed = results.failed().count();
     findings.add(
         "hashes",
         Vec::new(),
@@ -103,13 +102,19 @@ pub(super) fn verify(layout: &Layout, prepared: &Path, args: &CheckArgs) -> anyh
     );
     // Of a run that stopped at a look, what that look has.
     let so_far = results.clone().so_far();
-    let tasks = so_far.plan().len();
-    let lacking = |what: &str, n: usize| (n > 0).then(|| format!("{n} of {tasks} tasks {what}"));
-    let lacking = [lacking("have no record", so_far.missing().count()), lacking("failed", failed)];
+    let sample = &so_far.manifest.identity.sample;
+    let looks = sample.growth.as_ref().map_or(0, |growth| growth.looks.len());
+    let of_look = sample.look().map(|look| format!(" of look {} of {looks}", look + 1));
+    let tasks = format!("{} tasks{}", so_far.plan().len(), of_look.unwrap_or_default());
+    let lacking = |what: &str, n: usize| (n > 0).then(|| format!("{n} of {tasks} {what}"));
+    let lacking = [
+        lacking("have no record", so_far.missing().count()),
+        lacking("failed", so_far.failed().count()),
+    ];
     findings.add(
         "completeness",
         lacking.into_iter().flatten().collect(),
-        format!("all {tasks} tasks have a record, and none failed"),
+        format!("all {tasks} have a record, and none failed"),
     );
     seeds(&results, &mut findings);
     means(&results, &mut findings);
@@ -122,7 +127,7 @@ pub(super) fn verify(layout: &Layout, prepared: &Path, args: &CheckArgs) -> anyh
                 .to_owned(),
         ),
     }
-    resimulate(layout, prepared, &results, args, &mut findings)?;
+    resimulate(layout, prepared, (&results, &so_far), args, &mut findings)?;
     let mut wrong = false;
     for (verdict, what, text) in &findings.0 {
         wrong |= *verdict == Verdict::Wrong;
@@ -315,10 +320,14 @@ fn family(
 }
 
 /// Does a random part of the tasks again and compares the records.
+///
+/// # Arguments
+///
+/// * `so_far` — the results that count, of which the part is.
 fn resimulate(
     layout: &Layout,
     prepared: &Path,
-    results: &Results,
+    (results, so_far): (&Results, &Results),
     args: &CheckArgs,
     findings: &mut Findings,
 ) -> anyhow::Result<()> {
@@ -336,7 +345,7 @@ fn resimulate(
     }
     let random = || RandomState::new().build_hasher().finish() >> (u64::BITS - SEED_BITS);
     let sample_seed = args.sample_seed.unwrap_or_else(random);
-    let mut drawn: Vec<&Task> = finished(results).map(|(task, ..)| task).collect();
+    let mut drawn: Vec<&Task> = finished(so_far).map(|(task, ..)| task).collect();
     let percent = args.resimulate.unwrap_or(RESIMULATED_PERCENT);
     let count = ((drawn.len() as f64 * percent / 100.0).ceil() as usize).min(drawn.len());
     drawn.sort_by_key(|task| seed::derive(sample_seed, &["submission", &task.task.to_string()]));
@@ -364,7 +373,7 @@ fn resimulate(
         note(format!(
             "{} of {} tasks are done again (--sample-seed {sample_seed})",
             todo.len(),
-            results.plan().len()
+            so_far.plan().len()
         ));
     }
     let mut undone = Vec::new();
@@ -386,7 +395,7 @@ fn resimulate(
             Some(difference) => wrong.push(format!("{}: {difference}", named(task))),
         }
     }
-    let of = results.plan().len();
+    let of = so_far.plan().len();
     if same + wrong.len() > 0 {
         findings.add(
             WHAT,
