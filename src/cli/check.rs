@@ -102,8 +102,9 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         say(&looked, &layout, args)?;
     }
     if args.submission && looked.audit.damage.is_empty() {
-        if submission::verify(&layout, &looked.prepared, args)? {
-            return Ok(exit::USAGE);
+        let code = submission::verify(&layout, &looked.prepared, args)?;
+        if code != exit::DONE {
+            return Ok(code);
         }
     } else if args.submission {
         note("nothing else of the submission was verified, because files are damaged");
