@@ -255,6 +255,17 @@ def test_a_controller_gets_its_best_policy_back(evaluated, tmp_path):
             assert kinds.count("training") == 4 and kinds.count("last") == kinds.count("evaluation") == 1
 
 
+def test_a_controller_that_cannot_be_loaded_is_evaluated_with_its_last_policy(evaluated):
+    settings = ["demand.horizon_s=300", "training.validation_start=1", "training.validation_interval=1"]
+    text = SWINGS.partition("    def load")[0]
+    mine, done = evaluated(text, "Mine", *[f"--set={setting}" for setting in settings])
+    assert done.returncode == 0, (done.stderr, [record.get("reason") for record in mine])
+    assert len(mine) == 2
+    for record in mine:
+        assert record["metrics"]["policy_row"] == 4
+        assert record["metrics"]["delay_s"] == record["metrics"]["last_delay_s"]
+
+
 GYM = """
 import tsc_family as tf
 class Mine(tf.Controller):
