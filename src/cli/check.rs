@@ -20,6 +20,7 @@ use crate::cli::refused::Refused;
 use crate::domains::domains;
 use crate::files::{FileError, beneath, make_folder_beneath, quoted};
 use crate::run::audit::{Beside, audit_beside};
+use crate::run::batch;
 use crate::run::domain::domain_of;
 use crate::run::executor::Event;
 use crate::run::session::reopen;
@@ -117,7 +118,10 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
 }
 
 fn look(layout: &Layout, networks: Option<&Path>) -> anyhow::Result<Looked> {
-    let mut audit = Audit::of(layout, manifest_of(layout))?;
+    // What cannot be read there is for `status` and `resume` to name.
+    let handed = batch::submission::tasks(layout).unwrap_or_default();
+    let begun = |task: usize| handed.contains(&task) || layout.checkpoint(task).exists();
+    let mut audit = Audit::of(layout, manifest_of(layout), begun)?;
     let (mut beside, mut prepared) = (Beside::default(), PathBuf::new());
     if let Some(Manifest { identity, provenance }) = audit.manifest.as_deref() {
         prepared = networks.map_or_else(|| PathBuf::from(&provenance.networks), Path::to_path_buf);

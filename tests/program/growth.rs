@@ -97,7 +97,7 @@ fn the_look_that_is_under_way_is_what_status_and_resume_are_about() {
 }
 
 #[test]
-fn a_look_that_was_handed_over_is_what_status_and_resume_are_about_before_it_has_a_record() {
+fn a_look_that_was_handed_over_is_under_way_before_it_has_a_record() {
     let dir = tempfile::tempdir().unwrap();
     let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9", "--out", "r"];
     let hand_over = || run(&[&args[..], &["--executor", "script"]].concat(), dir.path());
@@ -110,6 +110,9 @@ fn a_look_that_was_handed_over_is_what_status_and_resume_are_about_before_it_has
     let status = command(&["status", "r"], dir.path());
     assert_eq!(status.status.code(), Some(6));
     assert!(stdout(&status).contains("look 2 of 2: 8 of 24 tasks are done"), "{}", stdout(&status));
+    let check = command(&["check", "r"], dir.path());
+    assert_eq!(check.status.code(), Some(6));
+    assert!(stdout(&check).contains("look 2 of 2: 8 of 24 records"), "{}", stdout(&check));
     assert_eq!((resume(), records(&out)), (Some(0), 24));
 }
 
