@@ -1,5 +1,5 @@
 //! What no compiler checks: the order of the modules within a crate, what controllers may see, where `unsafe`
-//! is, and that every file says what it is. The borders between crates need no test.
+//! is, that every file says what it is, and which events the documentation names. The borders between crates need no test.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -115,4 +115,22 @@ fn every_file_says_what_it_is_and_unsafe_is_in_one_place() {
             );
         }
     }
+}
+
+#[test]
+fn the_page_of_files_has_every_event_that_the_commands_print() {
+    let words = |text: &str, mark: &str| -> Vec<String> {
+        text.split(mark).skip(1).map(|rest| rest.split('"').next().unwrap().to_owned()).collect()
+    };
+    let mut printed = BTreeSet::new();
+    for (_, text) in ["src/cli", "crates/evaluation/src/report"].into_iter().flat_map(sources) {
+        let code: String = code(&text).collect();
+        for mark in ["\"event\": \"", "\"event\".to_owned(), \""] {
+            printed.extend(words(&code, mark));
+        }
+    }
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = fs::read_to_string(root.join("docs/files.md")).unwrap();
+    let told: BTreeSet<String> = words(&page, "\"event\":\"").into_iter().collect();
+    assert_eq!(printed, told);
 }

@@ -80,6 +80,25 @@ def test_a_script_has_its_arguments_where_a_worker_loads_it(tmp_path, networks):
     assert done.returncode == 0 and not done.stderr, done.stderr
 
 
+def test_a_script_of_a_package_goes_on_to_evaluate_its_class(tmp_path, networks):
+    package = tmp_path / "mine"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "rule.py").write_text("def phase(): return 0\n")
+    (package / "script.py").write_text(
+        "import tsc_family as tf\n"
+        "from .rule import phase\n"
+        "class Mine(tf.Controller):\n    def act(self, obs): return [phase()]\n"
+        "if __name__ == '__main__': print('started')\n"
+        "tf.evaluate(Mine, 'smoke', eval_seeds=1, out='out', quiet=True, settings={'demand.horizon_s': 60},\n"
+        f"            networks={networks!r})\n"
+    )
+    done = subprocess.run([sys.executable, "-m", "mine.script"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout == "started\n", done.stderr
+    own = json.loads((tmp_path / "out/manifest.json").read_text())["identity"]["controllers"][0]
+    assert set(own["sha256"]) == {"mine/__init__.py", "mine/rule.py", "mine/script.py"}
+
+
 RULE = """
 import tsc_family as tf
 class Mine(tf.Controller):
@@ -234,6 +253,17 @@ def test_a_controller_gets_its_best_policy_back(evaluated, tmp_path):
             assert first["metrics"]["delay_s"] < first["metrics"]["last_delay_s"]
             kinds = [row["kind"] for row in rows]
             assert kinds.count("training") == 4 and kinds.count("last") == kinds.count("evaluation") == 1
+
+
+def test_a_controller_that_cannot_be_loaded_is_evaluated_with_its_last_policy(evaluated):
+    settings = ["demand.horizon_s=300", "training.validation_start=1", "training.validation_interval=1"]
+    text = SWINGS.partition("    def load")[0]
+    mine, done = evaluated(text, "Mine", *[f"--set={setting}" for setting in settings])
+    assert done.returncode == 0, (done.stderr, [record.get("reason") for record in mine])
+    assert len(mine) == 2
+    for record in mine:
+        assert record["metrics"]["policy_row"] == 4
+        assert record["metrics"]["delay_s"] == record["metrics"]["last_delay_s"]
 
 
 GYM = """

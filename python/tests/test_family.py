@@ -80,6 +80,16 @@ def test_scores_are_divided_by_a_baseline_and_differences_are_paired():
     assert gap.value == pytest.approx(0.5 - a.value) and gap.interval[1] < 0
 
 
+def test_a_baseline_of_several_replicates_is_their_mean():
+    family = tf.Family(np.arange(30.0), np.full(30, 1 / 30))
+    sample = tf.sample(family, 10)
+    baseline = np.random.default_rng(3).uniform(20, 40, (10, 3, 5))
+    by_all = tf.estimate(baseline, sample, baseline=baseline)
+    assert by_all.value == pytest.approx(1)
+    by_mean = tf.estimate(baseline, sample, baseline=baseline.mean(axis=1))
+    assert by_all.value == pytest.approx(by_mean.value)
+
+
 def test_a_difference_is_as_wide_as_few_seeds_make_it():
     family = tf.Family(np.arange(3.0), np.full(3, 1 / 3))
     sample = tf.sample(family, 3, "all")

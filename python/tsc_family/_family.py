@@ -277,8 +277,8 @@ def estimate(
 
     ``scores`` has shape ``[n]``, ``[n, seeds]`` or ``[n, replicates, seeds]`` in the order of ``sample.points``, or is
     a mapping from ids to such values. What is NaN or missing counts as missing at random; a warning says how much that is,
-    and so does :attr:`Estimate.missing`. With ``baseline``, shape
-    ``[n]`` or ``[n, seeds]`` on the same seeds, every score is divided by it. For differences between methods, use one
+    and so does :attr:`Estimate.missing`. With ``baseline``, of one of these shapes and on the same seeds, every score is
+    divided by it; of several replicates by their mean for each seed. For differences between methods, use one
     sample and one seed: :meth:`Estimate.difference`.
     """
     rows = _rows(scores, sample, "scores")
@@ -296,7 +296,7 @@ def estimate(
     of_method, of_baseline = [], []
     for point in points:
         values = rows[point]
-        divisor = against[point][0] if point in against else np.ones(values.shape[1])
+        divisor = against[point].mean(axis=0) if point in against else np.ones(values.shape[1])
         if len(divisor) != values.shape[1]:
             raise Error(f"{point}: {values.shape[1]} seeds, but {len(divisor)} of the baseline")
         of_method.append(values.tolist())

@@ -128,10 +128,10 @@ def _arguments(text: str) -> dict[str, Any]:
 def _load(path: Path) -> Any:
     """Runs a file as a module of another name than ``__main__``; one of a package under its own name."""
     global loading
-    package = _package(path)
-    _make_room(package[0])
+    folder, name = _package(path)
+    _make_room(folder)
     # As when the script itself is run, or the package is imported.
-    sys.path.insert(0, str(package[0]))
+    sys.path.insert(0, str(folder))
     sys.argv = [str(path), *json.loads(os.environ.get(ARGUMENTS, "[]"))]
     # Standard output has what the command says.
     sys.stdout = sys.stderr
@@ -144,18 +144,25 @@ def _load(path: Path) -> Any:
             register()
         except ImportError:
             pass
-    name = f"{_MODULE}_{path.stem}"
-    module = types.ModuleType(name)
+    module = types.ModuleType(name or f"{_MODULE}_{path.stem}")
     module.__file__ = str(path)
     loading = True
     try:
-        if package[1]:
-            return importlib.import_module(package[1])
-        sys.modules[name] = module
+        if name:
+            module.__package__ = name.rpartition(".")[0]
+            importlib.import_module(module.__package__)
+            # The package may import it, or another class of it was opened before.
+            if name in sys.modules:
+                return sys.modules[name]
+        # Not imported: an import forgets the module when a script that goes on to evaluate ends it.
+        sys.modules[module.__name__] = module
         exec(compile(source, str(path), "exec"), module.__dict__)
     except (Loaded, SystemExit):
         # The class is there by then, or whoever looks for it says that it is not.
-        return sys.modules.get(package[1], module)
+        pass
+    except BaseException:
+        sys.modules.pop(module.__name__, None)
+        raise
     finally:
         loading = False
     return module

@@ -20,6 +20,7 @@ use crate::cli::refused::Refused;
 use crate::domains::domains;
 use crate::files::{FileError, beneath, make_folder_beneath, quoted};
 use crate::run::audit::{Beside, audit_beside};
+use crate::run::batch;
 use crate::run::domain::domain_of;
 use crate::run::executor::Event;
 use crate::run::session::reopen;
@@ -102,8 +103,9 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         say(&looked, &layout, args)?;
     }
     if args.submission && looked.audit.damage.is_empty() {
-        if submission::verify(&layout, &looked.prepared, args)? {
-            return Ok(exit::USAGE);
+        let code = submission::verify(&layout, &looked.prepared, args)?;
+        if code != exit::DONE {
+            return Ok(code);
         }
     } else if args.submission {
         note("nothing else of the submission was verified, because files are damaged");
@@ -116,7 +118,10 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
 }
 
 fn look(layout: &Layout, networks: Option<&Path>) -> anyhow::Result<Looked> {
-    let mut audit = Audit::of(layout, manifest_of(layout))?;
+    // What cannot be read there is for `status` and `resume` to name.
+    let handed = batch::submission::tasks(layout).unwrap_or_default();
+    let begun = |task: usize| handed.contains(&task) || layout.checkpoint(task).exists();
+    let mut audit = Audit::of(layout, manifest_of(layout), begun)?;
     let (mut beside, mut prepared) = (Beside::default(), PathBuf::new());
     if let Some(Manifest { identity, provenance }) = audit.manifest.as_deref() {
         prepared = networks.map_or_else(|| PathBuf::from(&provenance.networks), Path::to_path_buf);
@@ -242,6 +247,16 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
     }
     let domains = domains();
     let session = reopen(&domains, layout, manifest.clone(), prepared.clone())?;
+    let todo: Vec<Task> =
+        audit.tasks.iter().filter(|t| repeated.contains(&t.task)).cloned().collect();
+    let lacks_networks =
+        beside.unprepared > 0 || audit.damage.iter().any(|d| d.remedy == Remedy::Rebuild);
+    // Nothing is moved where a task could not be done again.
+    if !lacks_networks {
+        let domain = domain_of(&domains, layout, &manifest.identity)?;
+        let mut methods = todo.iter().map(|task| &task.method);
+        methods.try_for_each(|method| check_own(domain, layout, &manifest.identity, method))?;
+    }
     for damage in &audit.damage {
         match damage.remedy {
             Remedy::Repeat(_) | Remedy::Discard | Remedy::Renew => {
@@ -272,9 +287,7 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
     if repeated.is_empty() {
         return Ok(0);
     }
-    let networks =
-        beside.unprepared > 0 || audit.damage.iter().any(|d| d.remedy == Remedy::Rebuild);
-    if networks {
+    if lacks_networks {
         let command = &manifest.provenance.command;
         note(format!(
             "{} tasks are to do again, but their networks are not here: run the command of the run ({command}), \
@@ -282,16 +295,6 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
             repeated.len()
         ));
         return Ok(0);
-    }
-    let todo: Vec<Task> =
-        audit.tasks.iter().filter(|t| repeated.contains(&t.task)).cloned().collect();
-    for task in &todo {
-        check_own(
-            domain_of(&domains, layout, &manifest.identity)?,
-            layout,
-            &manifest.identity,
-            &task.method,
-        )?;
     }
     let interrupted = interrupted()?;
     let jobs =

@@ -160,12 +160,10 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
         }
     };
     let session = open(&request, &draft, &out, &|_| {})?;
-    let left = LocalRun::of_models(&session, controllers.launcher()?, args.jobs, args.json)?;
-    if left > 0 {
-        let kept =
-            if args.out.is_some() { "the same command does them" } else { "nothing is kept" };
-        note(format!("{left} tasks have no record, see above; {kept}"));
-        return Ok(exit::INCOMPLETE);
+    let then = if args.out.is_some() { "the same command does them" } else { "nothing is kept" };
+    let launcher = controllers.launcher()?;
+    if let Some(code) = LocalRun::of_models(&session, launcher, args.jobs, args.json, then)? {
+        return Ok(code);
     }
     let results = Results::load(&session.layout)?;
     let analysis = domains::analysis(&session.layout, &results)?;

@@ -48,17 +48,20 @@ pub(super) struct LocalRun<'a> {
 }
 
 impl LocalRun<'_> {
-    /// Does the tasks of saved models that a results directory lacks; returns how many are left.
+    /// Does the tasks of saved models that a results directory lacks; returns the exit code when it ends here, because of an
+    /// interruption or of tasks that are left undone.
     ///
     /// # Arguments
     ///
     /// * `jobs` — workers at the same time; one per processor where nothing is said.
+    /// * `then` — what is said of tasks that are left.
     pub(super) fn of_models(
         session: &Session<'_>,
         launcher: Launcher,
         jobs: Option<NonZeroUsize>,
         quiet: bool,
-    ) -> anyhow::Result<usize> {
+        then: &str,
+    ) -> anyhow::Result<Option<u8>> {
         let jobs = jobs.or_else(|| available_parallelism().ok()).map_or(1, NonZeroUsize::get);
         let run = LocalRun {
             session,
@@ -72,7 +75,17 @@ impl LocalRun<'_> {
             quiet,
             keep_going: true,
         };
-        Ok(run.work(&Results::load(&session.layout)?, &*interrupted()?)?.0)
+        let interrupted = interrupted()?;
+        let (left, _) = run.work(&Results::load(&session.layout)?, &interrupted)?;
+        if left > 0 && interrupted.load(Ordering::Relaxed) {
+            note(format!("interrupted with {left} tasks to do; {then}"));
+            return Ok(Some(exit::INTERRUPTED));
+        }
+        if left > 0 {
+            note(format!("{left} tasks have no record, see above; {then}"));
+            return Ok(Some(exit::INCOMPLETE));
+        }
+        Ok(None)
     }
 
     /// Does the tasks that results lack; returns the exit code when it ends here, because of an interruption or of tasks

@@ -61,8 +61,9 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
         counts.filter(|(standing, ..)| *standing == of).map(|(.., count)| count).sum()
     };
     let [running, queued, held] = [Standing::Running, Standing::Queued, Standing::Held].map(count);
+    let handed = submission::tasks(&layout).unwrap_or_default();
     let begun =
-        |t| tally.done[t] || there.tasks.contains(&t) || tally.begun.binary_search(&t).is_ok();
+        |t: usize| tally.done[t] || handed.contains(&t) || tally.begun.binary_search(&t).is_ok();
     let dropped = read_dropped(&layout, &manifest.identity)?;
     let reach = Reach::of(&manifest.identity, &plan, &dropped, begun);
     let to_do = |t: &usize| reach.has(*t) && !tally.done[*t];

@@ -97,8 +97,12 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     let last = asked_last(&layout)?;
     let asked = last.as_ref().map_or(Executes::Local, |(executor, _)| *executor);
     let executor = args.executor.unwrap_or(asked);
+    let grows = session.manifest.identity.sample.growth.is_some();
+    let handed = grows.then(|| submission::tasks(&layout)).transpose().map_err(RunError::from)?;
+    let handed = handed.unwrap_or_default();
+    let begun = |task: usize| handed.contains(&task) || layout.checkpoint(task).exists();
     let read = || -> anyhow::Result<Results> {
-        Ok(Results::load_known(&layout, &session.manifest)?.under_way())
+        Ok(Results::load_known(&layout, &session.manifest)?.under_way(begun))
     };
     let results = read()?;
     let jobs = args.workers.here(available_parallelism().map_or(1, |j| j.get()));

@@ -158,10 +158,9 @@ pub(super) fn run(args: &TransferArgs) -> anyhow::Result<u8> {
     has_networks(&from.manifest.identity, &prepared)?;
     let identity = identity(&from.manifest.identity, &models)?;
     let session = open_after(domain, &from, identity, &args.out, prepared)?;
-    let left = LocalRun::of_models(&session, controllers.launcher()?, args.jobs, args.json)?;
-    if left > 0 {
-        note(format!("{left} tasks have no record, see above; the same command does them"));
-        return Ok(exit::INCOMPLETE);
+    let (launcher, then) = (controllers.launcher()?, "the same command does them");
+    if let Some(code) = LocalRun::of_models(&session, launcher, args.jobs, args.json, then)? {
+        return Ok(code);
     }
     let results = Results::load(&session.layout)?;
     let analysis = domains::analysis(&session.layout, &results)?;

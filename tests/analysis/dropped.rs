@@ -78,7 +78,7 @@ fn who_is_surely_behind_drops_out_and_the_others_go_on() {
     let missing: BTreeSet<&str> = next.missing().map(|t| t.method.as_str()).collect();
     assert_eq!(missing, BTreeSet::from(["baseline", "fixed-time", "idqn"]));
     assert_eq!((next.missing().count(), next.plan().len()), (12, 28));
-    let audit = Audit::of(&layout, Manifest::read(&layout).map(Into::into));
+    let audit = Audit::of(&layout, Manifest::read(&layout).map(Into::into), |_| false);
     assert_eq!(audit.unwrap().missing(), 0, "the second look has not begun");
 }
 
@@ -134,7 +134,7 @@ fn a_list_that_is_not_of_the_run_is_named_with_the_way_out() {
         let said = e.to_string();
         assert!(matches!(e, StoreError::Malformed { .. }), "{said}");
         assert!(said.contains(reason) && said.contains("repeat the command"), "{said}");
-        let audit = Audit::of(&layout, Manifest::read(&layout).map(Into::into)).unwrap();
+        let audit = Audit::of(&layout, Manifest::read(&layout).map(Into::into), |_| false).unwrap();
         assert_eq!(audit.damage.iter().map(|d| d.remedy).collect::<Vec<_>>(), [Remedy::Renew]);
     }
 }

@@ -28,9 +28,13 @@ fn refused(args: &str, dir: &Path) -> (Option<i32>, String) {
     (output.status.code(), stderr(&output))
 }
 
-fn identity(out: &Path) -> Value {
+fn manifest(out: &Path) -> Value {
     let text = fs::read_to_string(out.join("manifest.json")).unwrap();
-    serde_json::from_str::<Value>(&text).unwrap()["identity"].take()
+    serde_json::from_str(&text).unwrap()
+}
+
+fn identity(out: &Path) -> Value {
+    manifest(out)["identity"].take()
 }
 
 fn assert_same(dir: &Path, a: &str, b: &str) {
@@ -60,6 +64,18 @@ fn methods_seeds_and_trainings_are_added_as_if_they_had_been_asked_for_at_once()
     assert_same(dir.path(), "added", "once");
     let again = done(&format!("{both} --out added"), dir.path());
     assert!(!again.contains("are added"), "{again}");
+    // All commands that added something, in their order; the last one once, though it was repeated.
+    let all = manifest(&dir.path().join("added"))["provenance"]["command"].take();
+    let commands: Vec<&str> = all.as_str().unwrap().split(" && ").collect();
+    assert_eq!(commands.len(), 3, "{commands:?}");
+    for (command, words) in
+        commands.iter().zip(["--methods ppo", "--methods dqn", "--replicates 2"])
+    {
+        assert!(
+            command.starts_with("tsc-family run cartpole ") && command.contains(words),
+            "{all}"
+        );
+    }
 }
 
 #[test]

@@ -93,6 +93,18 @@ fn a_run_is_submitted_watched_taken_back_and_resumed() {
 }
 
 #[test]
+fn the_memory_of_a_worker_is_asked_of_slurm_for_each_and_watched_by_the_job() {
+    let dir = tempfile::tempdir().unwrap();
+    slurm(dir.path());
+    let args = format!("{RUN} --out out --executor slurm --jobs 2 --memory-per-worker 4000");
+    let output = with_slurm(dir.path(), &args);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let job = fs::read_to_string(dir.path().join("out/jobs/000/job.sh")).unwrap();
+    assert!(job.contains("\n#SBATCH --mem=8100M\n"), "{job}");
+    assert!(job.contains(" --jobs 2 ") && job.contains(" --memory-per-worker 4000 "), "{job}");
+}
+
+#[test]
 fn without_slurm_the_message_says_where_to_go_and_nothing_is_left_submitted() {
     let dir = tempfile::tempdir().unwrap();
     succeed(dir.path(), &format!("{RUN} --out out --executor script"));
@@ -121,7 +133,16 @@ fn packs_of_a_script_leave_the_records_of_one_machine_and_twice_is_once() {
     fs::create_dir(&folder).unwrap();
     succeed(&folder, &format!("{RUN} --quiet --out here"));
     let how = succeed(&folder, &format!("{RUN} --out out --executor script --job-minutes 0.005"));
-    assert!(how.contains("seq 0 3 | parallel"), "{how}");
+    for words in [
+        "4 tasks in 4 packs, about ",
+        "does one pack, from 0 to 3; for instance\n",
+        "seq 0 3 | parallel --joblog ",
+        "qsub -J 0-3 ",
+        "an indexed Job with completions: 4 and backoffLimitPerIndex\n",
+        "next: tsc-family status out; resume does the missing tasks, report shows the finished ones\n",
+    ] {
+        assert!(how.contains(words), "{words}: {how}");
+    }
     let job = folder.join("out/jobs/000/job.sh");
     let pack = |pack: &str| Command::new(&job).arg(pack).current_dir("/").output().unwrap();
     for k in ["0", "1", "1", "2"] {

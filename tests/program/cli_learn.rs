@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::{program, run, stderr, stdout, succeed};
 use crate::outcomes::record;
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
 /// Two point MDPs of ten minutes, the second with more lanes.
@@ -126,6 +127,27 @@ fn models_are_evaluated_on_many_point_mdps_and_the_baseline_once() {
     assert_eq!(rows[0], "file,method,point,replicate,episode,episodes,seed,delay_s");
     assert!(rows[1].starts_with("models/000/1.safetensors,mplight,narrow,0,2,2,"), "{index}");
     assert_eq!(rows.len(), 5);
+}
+
+#[test]
+fn an_interrupted_evaluation_has_the_exit_code_of_an_interrupted_run() {
+    let folder = city(1);
+    succeed(folder.path(), &format!("{RUN} --out out"));
+    let evaluate = "evaluate --model out/models/000/1.safetensors --point narrow city.toml \
+                    --eval-seeds 1000 --jobs 1 --out moved";
+    let mut command = program(folder.path());
+    command.args(evaluate.split_whitespace()).stdout(Stdio::null()).stderr(Stdio::piped());
+    let child = command.spawn().unwrap();
+    let start = Instant::now();
+    while !folder.path().join("moved/logs").is_dir() {
+        assert!(start.elapsed() < Duration::from_secs(60), "no task began");
+        sleep(Duration::from_millis(10));
+    }
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+    let said = "interrupted with 2 tasks to do; the same command does them";
+    assert!(stderr(&output).contains(said), "{}", stderr(&output));
 }
 
 #[test]

@@ -6,6 +6,9 @@ use std::process::{Command, Output};
 
 use crate::common::{stderr, stdout};
 use serde_json::Value;
+use tsc_family::store::Layout;
+use tsc_family::store::manifest::Manifest;
+use tsc_family::store::record::Record;
 
 const SHORT: [&str; 6] =
     ["--set", "ppo.total_steps=2048", "--set", "dqn.total_steps=2000", "--eval-seeds", "2"];
@@ -93,6 +96,26 @@ fn the_look_that_is_under_way_is_what_status_and_resume_are_about() {
     assert_eq!(rows(&fs::read(&record).unwrap()), rows(&before));
 }
 
+#[test]
+fn a_look_that_was_handed_over_is_under_way_before_it_has_a_record() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9", "--out", "r"];
+    let hand_over = || run(&[&args[..], &["--executor", "script"]].concat(), dir.path());
+    let out = dir.path().join("r");
+    let resume = || command(&["resume", "r", "--executor", "local"], dir.path()).status.code();
+    hand_over();
+    assert_eq!((resume(), records(&out)), (Some(0), 8));
+    let (_, said) = hand_over();
+    assert!(said.contains("continuing to 12"), "{said}");
+    let status = command(&["status", "r"], dir.path());
+    assert_eq!(status.status.code(), Some(6));
+    assert!(stdout(&status).contains("look 2 of 2: 8 of 24 tasks are done"), "{}", stdout(&status));
+    let check = command(&["check", "r"], dir.path());
+    assert_eq!(check.status.code(), Some(6));
+    assert!(stdout(&check).contains("look 2 of 2: 8 of 24 records"), "{}", stdout(&check));
+    assert_eq!((resume(), records(&out)), (Some(0), 24));
+}
+
 /// The tasks of a look, counted from 0.
 fn plan_of_look(out: &Path, look: usize) -> Vec<u64> {
     let manifest: Value =
@@ -154,6 +177,29 @@ fn a_look_that_is_not_complete_does_not_count_and_is_gone_on_with() {
     let (_, said) = run(&args, dir.path());
     assert!(said.contains("continuing to 12") && said.contains("23 of 24 tasks"), "{said}");
     assert_eq!(reported(dir.path(), "r").0, before);
+}
+
+#[test]
+fn a_submission_is_complete_when_the_look_that_counts_is() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9", "--out", "r"];
+    run(&args, dir.path());
+    let out = dir.path().join("r");
+    let first = plan_of_look(&out, 0);
+    let later: Vec<usize> =
+        (0..24).filter(|task| !first.contains(task)).map(|task| task as usize).collect();
+    let layout = Layout::new(&out);
+    let manifest = Manifest::read(&layout).unwrap();
+    let (sha256, tasks) = (manifest.sha256(), manifest.identity.tasks());
+    let wall = Record::read(&layout, &tasks[later[0]], &sha256).unwrap().unwrap().summary.wall;
+    fs::remove_file(layout.record(later[0])).unwrap();
+    fs::remove_file(layout.record(later[1])).unwrap();
+    Record::failed(&tasks[later[0]], &sha256, "it fell".into(), wall).commit(&layout).unwrap();
+    let checked = command(&["check", "r", "--submission"], dir.path());
+    let said = stdout(&checked);
+    assert_eq!(checked.status.code(), Some(6), "{said}{}", stderr(&checked));
+    let complete = "completeness: all 8 tasks of look 1 of 2 have a record, and none failed";
+    assert!(said.contains(complete) && said.contains("the other 7 of 8 tasks"), "{said}");
 }
 
 #[test]

@@ -65,6 +65,22 @@ fn what_failed_is_not_forgotten_before_it_can_be_tried_again() {
 }
 
 #[test]
+fn nothing_is_set_aside_before_it_can_be_done_again() {
+    let dir = folder(FIRST);
+    let folder = dir.path();
+    assert_eq!(code(&tsc(folder, &mine("a"))), 0);
+    let record = folder.join("a/done/000/2.jsonl");
+    fs::write(&record, "").unwrap();
+    let output = tsc(folder, "check a --repair");
+    assert_eq!(code(&output), 2, "{}", stderr(&output));
+    assert!(stderr(&output).contains("controller mine (exec:sh mine.sh) was not given"));
+    assert!(record.exists() && !folder.join("a/damaged").exists());
+    let output = tsc(folder, "check a --repair --controller \"mine=exec:sh mine.sh\"");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(folder.join("a/damaged/done/000/2.jsonl").exists());
+}
+
+#[test]
 fn a_command_with_a_line_break_is_refused_before_anything_is_written() {
     let dir = folder(FIRST);
     let command = "mine=exec:sh -c 'exec sh\n mine.sh'";

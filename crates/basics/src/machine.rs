@@ -171,10 +171,21 @@ fn kilobytes(text: &str, name: &str) -> Option<u64> {
     line.trim().strip_suffix("kB")?.trim().parse().ok()
 }
 
-/// Returns the largest memory that this process has used so far, MB; `None` where the system does not tell.
+/// Returns the largest memory that this process and those that it started have used so far, MB; `None` where the system does
+/// not tell.
+///
+/// Each of them counts with its own largest memory, and one that has ended does not count.
 pub fn peak_memory_mb() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    Some(kilobytes(&status, "VmHWM:")?.div_ceil(1000))
+    Some(peak_kb(std::process::id().try_into().ok()?)?.div_ceil(1000))
+}
+
+/// Returns the largest memory of a process and of those that it started, kB.
+fn peak_kb(process: i32) -> Option<u64> {
+    let of_one = |process: &i32| {
+        let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+        kilobytes(&status, "VmHWM:")
+    };
+    family(process).iter().filter_map(of_one).reduce(|a, b| a + b)
 }
 
 #[cfg(test)]
@@ -185,6 +196,26 @@ mod tests {
         let held = std::hint::black_box(vec![1_u8; 50_000_000]);
         let peak = peak_memory_mb().unwrap();
         assert!((50..100_000).contains(&peak), "{peak} with {}", held.len());
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn what_a_process_has_started_counts_in_its_largest_memory() {
+        let shell = |line: &str| {
+            let mut shell = std::process::Command::new("sh");
+            shell.args(["-c", line]).stdin(std::process::Stdio::piped()).spawn().unwrap()
+        };
+        let (mut alone, mut with) = (shell("read line"), shell("sleep 60 & read line; kill $!"));
+        let [id, id_with] = [&alone, &with].map(|shell| i32::try_from(shell.id()).unwrap());
+        while family(id_with).len() < 2 {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        let (least, both) = (peak_kb(id).unwrap(), peak_kb(id_with).unwrap());
+        // The end of their input ends them.
+        for shell in [&mut alone, &mut with] {
+            shell.wait().unwrap();
+        }
+        assert!(both > least + 300, "{both} with {least}");
     }
 
     use super::*;

@@ -7,12 +7,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::path::Path;
+use std::sync::atomic::Ordering;
 use std::thread::available_parallelism;
 
 use serde_json::json;
 
 use super::CheckArgs;
 use crate::analysis::joined::{Known, Source, join};
+use crate::cli::exit;
 use crate::cli::interrupt::interrupted;
 use crate::cli::output::{line, note};
 use crate::domains;
@@ -82,20 +84,19 @@ impl Findings {
     }
 }
 
-/// Verifies a submission whose files are whole, says what was verified and what was not, and returns whether something is
-/// wrong.
+/// Verifies a submission whose files are whole, says what was verified and what was not, and returns the exit code: of
+/// something wrong, else of an interruption.
 ///
 /// # Arguments
 ///
 /// * `prepared` — folder of the networks.
-pub(super) fn verify(layout: &Layout, prepared: &Path, args: &CheckArgs) -> anyhow::Result<bool> {
+pub(super) fn verify(layout: &Layout, prepared: &Path, args: &CheckArgs) -> anyhow::Result<u8> {
     let results = Results::load_all(layout)?;
     let identity = &results.manifest.identity;
     let domains = domains::domains();
     let domain = domain_of(&domains, layout, identity)?;
     let mut findings = Findings(Vec::new());
     let records = results.done().count();
-    let failed = results.failed().count();
     findings.add(
         "hashes",
         Vec::new(),
@@ -103,13 +104,19 @@ pub(super) fn verify(layout: &Layout, prepared: &Path, args: &CheckArgs) -> anyh
     );
     // Of a run that stopped at a look, what that look has.
     let so_far = results.clone().so_far();
-    let tasks = so_far.plan().len();
-    let lacking = |what: &str, n: usize| (n > 0).then(|| format!("{n} of {tasks} tasks {what}"));
-    let lacking = [lacking("have no record", so_far.missing().count()), lacking("failed", failed)];
+    let sample = &so_far.manifest.identity.sample;
+    let looks = sample.growth.as_ref().map_or(0, |growth| growth.looks.len());
+    let of_look = sample.look().map(|look| format!(" of look {} of {looks}", look + 1));
+    let tasks = format!("{} tasks{}", so_far.plan().len(), of_look.unwrap_or_default());
+    let lacking = |what: &str, n: usize| (n > 0).then(|| format!("{n} of {tasks} {what}"));
+    let lacking = [
+        lacking("have no record", so_far.missing().count()),
+        lacking("failed", so_far.failed().count()),
+    ];
     findings.add(
         "completeness",
         lacking.into_iter().flatten().collect(),
-        format!("all {tasks} tasks have a record, and none failed"),
+        format!("all {tasks} have a record, and none failed"),
     );
     seeds(&results, &mut findings);
     means(&results, &mut findings);
@@ -122,7 +129,7 @@ pub(super) fn verify(layout: &Layout, prepared: &Path, args: &CheckArgs) -> anyh
                 .to_owned(),
         ),
     }
-    resimulate(layout, prepared, &results, args, &mut findings)?;
+    let is_whole = resimulate(layout, prepared, (&results, &so_far), args, &mut findings)?;
     let mut wrong = false;
     for (verdict, what, text) in &findings.0 {
         wrong |= *verdict == Verdict::Wrong;
@@ -134,7 +141,11 @@ pub(super) fn verify(layout: &Layout, prepared: &Path, args: &CheckArgs) -> anyh
             false => line(format_args!("{verdict}: {what}: {text}"))?,
         }
     }
-    Ok(wrong)
+    Ok(match (wrong, is_whole) {
+        (true, _) => exit::USAGE,
+        (false, false) => exit::INTERRUPTED,
+        (false, true) => exit::DONE,
+    })
 }
 
 /// Returns the tasks that ended well, with their point MDPs.
@@ -314,29 +325,33 @@ fn family(
     Ok(())
 }
 
-/// Does a random part of the tasks again and compares the records.
+/// Does a random part of the tasks again and compares the records; returns `false` when it was interrupted.
+///
+/// # Arguments
+///
+/// * `so_far` — the results that count, of which the part is.
 fn resimulate(
     layout: &Layout,
     prepared: &Path,
-    results: &Results,
+    (results, so_far): (&Results, &Results),
     args: &CheckArgs,
     findings: &mut Findings,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<bool> {
     const WHAT: &str = "re-simulation";
     let (manifest, identity) = (&results.manifest, &results.manifest.identity);
     if let Some(why) = another_measure(identity) {
         findings.not(WHAT, why);
-        return Ok(());
+        return Ok(true);
     }
     let domains = domains::domains();
     let domain = domain_of(&domains, layout, identity)?;
     if identity.points.iter().any(|row| !domain.spoilt(row, prepared).is_empty()) {
         findings.not(WHAT, "the networks are not there (see vehicles)".to_owned());
-        return Ok(());
+        return Ok(true);
     }
     let random = || RandomState::new().build_hasher().finish() >> (u64::BITS - SEED_BITS);
     let sample_seed = args.sample_seed.unwrap_or_else(random);
-    let mut drawn: Vec<&Task> = finished(results).map(|(task, ..)| task).collect();
+    let mut drawn: Vec<&Task> = finished(so_far).map(|(task, ..)| task).collect();
     let percent = args.resimulate.unwrap_or(RESIMULATED_PERCENT);
     let count = ((drawn.len() as f64 * percent / 100.0).ceil() as usize).min(drawn.len());
     drawn.sort_by_key(|task| seed::derive(sample_seed, &["submission", &task.task.to_string()]));
@@ -364,12 +379,13 @@ fn resimulate(
         note(format!(
             "{} of {} tasks are done again (--sample-seed {sample_seed})",
             todo.len(),
-            results.plan().len()
+            so_far.plan().len()
         ));
     }
     let mut undone = Vec::new();
     let executor = session.local(args.controllers.launcher()?, jobs);
-    session.work(&todo, &executor, &*interrupted()?, &mut |event| match event {
+    let interrupted = interrupted()?;
+    session.work(&todo, &executor, &interrupted, &mut |event| match event {
         Event::Finished(record) if !args.json => {
             note(format!("task {} is done again", record.summary.task));
         }
@@ -386,7 +402,14 @@ fn resimulate(
             Some(difference) => wrong.push(format!("{}: {difference}", named(task))),
         }
     }
-    let of = results.plan().len();
+    let left = todo.len() - same - wrong.len();
+    let is_whole = left == 0 || !interrupted.load(Ordering::Relaxed);
+    if !is_whole {
+        note(format!(
+            "interrupted with {left} tasks to do again; --sample-seed {sample_seed} draws the same tasks"
+        ));
+    }
+    let of = so_far.plan().len();
     if same + wrong.len() > 0 {
         findings.add(
             WHAT,
@@ -396,7 +419,7 @@ fn resimulate(
     }
     undone.into_iter().chain(absent).for_each(|why| findings.not(WHAT, why));
     findings.not(WHAT, format!("the other {} of {of} tasks", of - same));
-    Ok(())
+    Ok(is_whole)
 }
 
 /// Says why records cannot be measured again here.

@@ -74,6 +74,7 @@ impl Audit {
     /// # Arguments
     ///
     /// * `manifest` — what reading the manifest gave.
+    /// * `begun` — whether something was done on a task without a record, or somebody was asked to do it.
     ///
     /// # Errors
     ///
@@ -82,6 +83,7 @@ impl Audit {
     pub fn of(
         layout: &Layout,
         manifest: Result<Arc<Manifest>, StoreError>,
+        begun: impl Fn(usize) -> bool,
     ) -> Result<Self, StoreError> {
         let mut audit = Self::default();
         let manifest = match manifest {
@@ -117,7 +119,8 @@ impl Audit {
             audit.strays(&layout.root().join(folder))?;
         }
         let repeated = audit.to_repeat();
-        let begun = |task: usize| audit.done.contains(&task) || repeated.contains(&task);
+        let begun =
+            |task: usize| audit.done.contains(&task) || repeated.contains(&task) || begun(task);
         audit.reach = Reach::of(&manifest.identity, &audit.tasks, &dropped, begun);
         audit.manifest = Some(manifest);
         Ok(audit)

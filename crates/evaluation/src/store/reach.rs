@@ -22,7 +22,7 @@ impl Reach {
     ///
     /// * `plan` — all tasks, each at its number.
     /// * `dropped` — methods that are no longer evaluated.
-    /// * `begun` — whether something was done on a task, or is by somebody.
+    /// * `begun` — whether something was done on a task, or somebody was asked to do it.
     pub fn of(
         identity: &Identity,
         plan: &[Task],

@@ -84,10 +84,15 @@ impl Results {
         self.at_look(last).unwrap_or(self)
     }
 
-    /// Returns the look that is under way: the first that has every task with a record; everything, where the sample does
-    /// not grow.
-    pub fn under_way(self) -> Self {
-        let points: BTreeSet<&str> = self.done().map(|(task, _)| &*task.point).collect();
+    /// Returns the look that is under way: the first that has every task with a record, and every task that was begun;
+    /// everything, where the sample does not grow.
+    ///
+    /// # Arguments
+    ///
+    /// * `begun` — whether something was done on a task without a record, or somebody was asked to do it.
+    pub fn under_way(self, begun: impl Fn(usize) -> bool) -> Self {
+        let rows = self.rows().filter(|(task, record)| record.is_some() || begun(task.task));
+        let points: BTreeSet<&str> = rows.map(|(task, _)| &*task.point).collect();
         let look = self.manifest.identity.sample.first_look_with(&points).map(|(look, _)| look);
         look.and_then(|look| self.at_look(look)).unwrap_or(self)
     }

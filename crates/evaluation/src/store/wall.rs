@@ -14,8 +14,8 @@ pub struct Wall {
     pub simulator_s: f64,
     /// Attempts, 1 unless the first failed.
     pub attempts: u32,
-    /// Largest memory of the process so far, MB; where the system does not tell, and in records from before it was
-    /// kept, none.
+    /// Largest memory of the process so far, and of those that it had running then, MB; where the system does not tell,
+    /// and in records from before it was kept, none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_memory_mb: Option<u64>,
     /// Git revision of the build that did the task, or `unknown`; empty in records from before it was kept.

@@ -229,6 +229,20 @@ impl Packs {
     }
 }
 
+/// Returns the tasks of all submissions of a results directory, whatever became of them.
+///
+/// # Errors
+///
+/// [`BatchError`] when a submission cannot be read.
+pub fn tasks(layout: &Layout) -> Result<BTreeSet<usize>, BatchError> {
+    let mut tasks = BTreeSet::new();
+    for submission in all(layout)? {
+        let packs = Packs::read(layout, submission.number)?;
+        tasks.extend(packs.tasks(&(0..packs.count()).collect())?.into_iter().flatten());
+    }
+    Ok(tasks)
+}
+
 /// Makes a path absolute and checks that scripts and batch systems can pass it on.
 ///
 /// # Errors
@@ -286,6 +300,7 @@ mod tests {
         assert_eq!(packs.count(), 2);
         assert_eq!(packs.tasks(&BTreeSet::from([0, 1, 7])).unwrap(), [vec![0, 2], vec![1]]);
         assert_eq!(packs.tasks(&BTreeSet::from([1])).unwrap(), [vec![1]]);
+        assert_eq!(tasks(&layout).unwrap(), BTreeSet::from([0, 1, 2]));
         fs::write(folder(&layout, 0).join("submission.json"), "{").unwrap();
         let e = all(&layout).unwrap_err().to_string();
         assert!(e.contains("000/submission.json: EOF"), "{e}");
