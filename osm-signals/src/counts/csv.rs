@@ -4,7 +4,7 @@ use std::path::Path;
 
 use geojson::JsonValue;
 
-use super::counted::{Counted, Found, Shape};
+use super::counted::{Counted, DIRECTION, Found, Shape, direction};
 use super::field::{NoCount, choose, count, is_separated};
 use crate::error::{OsmError, brief};
 use crate::oddities::Oddities;
@@ -29,6 +29,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
     let at = (table.need(&Column::latitude(None))?, table.need(&Column::longitude(None))?);
     let bearing = table.find(&Column { what: "bearing", given: None, usual: &BEARING })?;
     let id = table.find(&Column { what: "id", given: None, usual: &ID })?;
+    let way = table.find(&Column { what: "direction", given: None, usual: &DIRECTION })?;
     let names: Vec<_> = table.headers().map(|name| (name, None)).collect();
     let field = choose(&names, field).map_err(|reason| table.error(table.header_line(), reason))?;
     let aadt = table.need(&Column { what: "count", given: Some(&field), usual: &[] })?;
@@ -64,7 +65,8 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
                     return Err(table.error(row.line, reason));
                 }
                 let shape = Shape::Station(place, bearing);
-                counted.push(Counted { id, aadt_veh_per_day, shape });
+                let direction = way.and_then(|column| direction(row.text(column)));
+                counted.push(Counted { id, aadt_veh_per_day, direction, shape });
             }
         }
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use geojson::feature::Id;
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonValue, LineStringType};
 
-use super::counted::{Counted, Found, Shape};
+use super::counted::{Counted, DIRECTION, Found, Shape, direction};
 use super::field::{Name, NoCount, choose, count};
 use crate::error::{OsmError, brief};
 use crate::extract::Place;
@@ -57,7 +57,9 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
                 return Err(malformed(path, &*place, reason));
             }
             (Ok(lines), Ok(aadt_veh_per_day)) => {
-                counted.push(Counted { id, aadt_veh_per_day, shape: Shape::Lines(lines) });
+                let direction = text_of(feature, &DIRECTION).and_then(|text| direction(&text));
+                let shape = Shape::Lines(lines);
+                counted.push(Counted { id, aadt_veh_per_day, direction, shape });
                 continue;
             }
         };
@@ -81,19 +83,21 @@ fn names(features: &[Feature]) -> Vec<Name<'_>> {
 }
 
 fn id(feature: &Feature) -> Option<String> {
-    let of_property = || {
-        let properties = feature.properties.as_ref()?;
-        let find = |usual| properties.iter().find(|(name, _)| name.eq_ignore_ascii_case(usual));
-        match ID.into_iter().find_map(find)?.1 {
-            JsonValue::String(text) if !text.trim().is_empty() => Some(text.clone()),
-            JsonValue::Number(number) => Some(number.to_string()),
-            _ => None,
-        }
-    };
     match &feature.id {
         Some(Id::String(text)) => Some(text.clone()),
         Some(Id::Number(number)) => Some(number.to_string()),
-        None => of_property(),
+        None => text_of(feature, &ID),
+    }
+}
+
+/// Returns the text or number of the first of some usual properties that a feature has.
+fn text_of(feature: &Feature, usual: &[&str]) -> Option<String> {
+    let properties = feature.properties.as_ref()?;
+    let find = |usual: &&str| properties.iter().find(|(name, _)| name.eq_ignore_ascii_case(usual));
+    match usual.iter().find_map(find)?.1 {
+        JsonValue::String(text) if !text.trim().is_empty() => Some(text.clone()),
+        JsonValue::Number(number) => Some(number.to_string()),
+        _ => None,
     }
 }
 
