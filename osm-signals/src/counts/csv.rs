@@ -5,7 +5,7 @@ use std::path::Path;
 use geojson::JsonValue;
 
 use super::counted::{Counted, DIRECTION, Found, Shape, direction};
-use super::field::{NoCount, choose, count, is_separated};
+use super::field::{NoCount, YEAR, choose, count, is_separated};
 use crate::error::{OsmError, brief};
 use crate::oddities::Oddities;
 use crate::table::{Column, Table};
@@ -30,6 +30,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
     let bearing = table.find(&Column { what: "bearing", given: None, usual: &BEARING })?;
     let id = table.find(&Column { what: "id", given: None, usual: &ID })?;
     let way = table.find(&Column { what: "direction", given: None, usual: &DIRECTION })?;
+    let year = table.find(&Column { what: "year", given: None, usual: &YEAR })?;
     let names: Vec<_> = table.headers().map(|name| (name, None)).collect();
     let field = choose(&names, field).map_err(|reason| table.error(table.header_line(), reason))?;
     let aadt = table.need(&Column { what: "count", given: Some(&field), usual: &[] })?;
@@ -45,7 +46,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
             true => JsonValue::from(table.count(&row, aadt)?),
             false => JsonValue::from(text),
         };
-        match count(Some(&found), false) {
+        match count(Some(&found), false, year.map(|column| row.text(column))) {
             Err(NoCount::Refused(reason)) => return Err(table.error(row.line, reason)),
             Err(NoCount::Skipped(reason)) => {
                 oddities.add(reason, || {

@@ -7,7 +7,7 @@ use geojson::feature::Id;
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonValue, LineStringType};
 
 use super::counted::{Counted, DIRECTION, Found, Shape, direction};
-use super::field::{Name, NoCount, choose, count};
+use super::field::{Name, NoCount, YEAR, choose, count};
 use crate::error::{OsmError, brief};
 use crate::extract::Place;
 use crate::features::{self, check_crs, malformed};
@@ -49,7 +49,8 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
         let id = id(feature).unwrap_or_else(|| place.clone());
         let lines = lines(feature).map_err(|reason| malformed(path, &*place, reason))?;
         let value = feature.property(&field);
-        let skipped = match (lines, count(value, have_decimals)) {
+        let year = text_of(feature, &YEAR);
+        let skipped = match (lines, count(value, have_decimals, year.as_deref())) {
             (Err(reason), _) | (Ok(_), Err(NoCount::Skipped(reason))) => reason,
             (Ok(_), Err(NoCount::Refused(way_out))) => {
                 let text = value.map_or_else(String::new, |value| brief(&value.to_string()));
@@ -75,7 +76,7 @@ fn names(features: &[Feature]) -> Vec<Name<'_>> {
     let mut names: BTreeMap<&str, Option<&JsonValue>> = BTreeMap::new();
     for (name, value) in features.iter().flat_map(|f| f.properties.iter().flatten()) {
         let unusable = names.entry(name).or_insert(Some(value));
-        if !matches!(count(Some(value), false), Err(NoCount::Skipped(_))) {
+        if !matches!(count(Some(value), false, None), Err(NoCount::Skipped(_))) {
             *unusable = None;
         }
     }

@@ -170,6 +170,18 @@ fn of_different_counts_at_one_place_none_is_taken() {
 }
 
 #[test]
+fn a_forecast_is_no_count() {
+    let counts =
+        read("lat,lon,AADT,Year\n40.703,-111.9,9000,2023\n40.703,-111.9,15000,2045\n").unwrap();
+    assert_eq!(counts.along(&street(), 2).unwrap().aadt_veh_per_day, 9000.0);
+    assert_eq!(counts.oddities().count("forecast of a year to come"), 1);
+    let lines = [(9000, 2023), (15000, 2045)];
+    let lines = lines.map(|(n, year)| feature(json!({ "AADT": n, "YEAR": year }), line()));
+    let counts = read(&collection(&lines).to_string()).unwrap();
+    assert_eq!(counts.along(&street(), 2).unwrap().aadt_veh_per_day, 9000.0);
+}
+
+#[test]
 fn a_page_of_several_is_noticed() {
     let mut page = collection(&[feature(json!({ "AADT": 5 }), line())]);
     page["properties"] = json!({ "exceededTransferLimit": true });
