@@ -229,6 +229,18 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
     );
     let e = refused("Time,INTID,NBL,NBT,NBR\n7h15,7,1,2,3\n");
     assert_eq!(e, "c.csv, line 2: time \"7h15\" is not understood; write it like 07:15");
+    for (columns, time) in
+        [("Time", "2026-11-05T13:15:00Z"), ("Date,Time", "2026-11-05,13:15+00:00")]
+    {
+        let e = refused(&northbound(columns, &[(time, 100)]));
+        assert!(
+            e.contains("c.csv, line 2: time ") && e.contains("is universal time; write local"),
+            "{e}"
+        );
+    }
+    let local = ["2026-11-05T00:00:00Z,07:15", "2026-11-05,07:15-06:00"].map(|row| (row, 100));
+    counts(&northbound("Date,Time", &local[..1]));
+    counts(&northbound("Date,Time", &local[1..]));
     let e = refused("INTID,NBL,NBT,NBR,NBL\n7,1,2,3,4\n");
     assert!(e.contains("columns NBL and NBL count the same"), "{e}");
     let e = refused("INTID,NBL,NBT,NBR,NB Trucks\n7,1,2,3,4\n");
