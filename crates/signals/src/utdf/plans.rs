@@ -65,7 +65,7 @@ impl Utdf {
     /// [`FamilyError::Csv`] with file and line: a cell that is no number, a plan that cannot be simulated.
     pub(super) fn plans_alone(&self) -> Result<(Plans, Vec<String>), FamilyError> {
         let fail = |fault| at(&self.file, fault);
-        self.check_network().map_err(|message| fail(Fault { line: 1, message }))?;
+        self.check_network().map_err(fail)?;
         let mut half_walk = Vec::new();
         let mut plans = Plans { file: self.file.clone(), ..Plans::default() };
         for ((_, id), cells) in self.tables.phases.iter().filter(|((record, _), _)| record == "brp")
@@ -178,10 +178,8 @@ impl Utdf {
             );
             return Err(Fault::new(brp.line, message));
         };
-        let of_network = |name: &str, otherwise: f64| {
-            let said = self.tables.network.get(name).and_then(|text| text.parse().ok());
-            said.unwrap_or(otherwise)
-        };
+        let of_network =
+            |name: &str, otherwise: f64| self.tables.of_network(name).unwrap_or(otherwise);
         let yellow_s = value("yellow")?;
         let all_red_s = value("allred")?;
         let walk_s = value("walk")?.filter(|s| *s > 0.0);
