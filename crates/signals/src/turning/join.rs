@@ -193,9 +193,9 @@ impl TurningCounts {
                         intersections.len()
                     )));
                 }
-                id => intersections.iter().position(|i| i.id == *id).or_else(|| {
-                    intersections.iter().position(|i| comparable(&i.id) == comparable(id))
-                }),
+                id => meant(id, intersections.iter().map(|i| i.id.as_str()))
+                    .map_err(wrong)?
+                    .and_then(|same| intersections.iter().position(|i| i.id == same)),
             };
             match found {
                 None => unknown.push(id.clone()),
@@ -225,6 +225,31 @@ impl TurningCounts {
         }
         Ok((rows, unknown))
     }
+}
+
+/// Returns which of some intersections a name means: the one that is called exactly so, else the only one whose name
+/// compares as the same; `None` if there is none.
+///
+/// # Errors
+///
+/// The intersections of which each may be meant, and the way out.
+pub(crate) fn meant<'a>(
+    name: &str,
+    ids: impl Iterator<Item = &'a str>,
+) -> Result<Option<&'a str>, String> {
+    let plain = comparable(name);
+    let mut alike: BTreeSet<&str> = ids.filter(|id| comparable(id) == plain).collect();
+    if let Some(exact) = alike.get(name) {
+        return Ok(Some(*exact));
+    }
+    if alike.len() > 1 {
+        let alike: Vec<&str> = alike.into_iter().collect();
+        return Err(format!(
+            "{name} may be intersection {}; call it exactly like one of them",
+            alike.join(" or ")
+        ));
+    }
+    Ok(alike.pop_first())
 }
 
 /// Returns a name as it is compared: without case, leading zeros, and what separates words.

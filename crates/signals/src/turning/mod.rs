@@ -27,7 +27,7 @@ use header::{Heading, Holds, holds, may_be_movement};
 use hour::Interval;
 pub use hour::Period;
 pub use join::Joined;
-pub(crate) use join::{FEW_VEHICLES, comparable};
+pub(crate) use join::{FEW_VEHICLES, meant};
 pub(crate) use matching::matched_arms;
 
 /// Least columns of movements that make a line the one with the names of the columns.

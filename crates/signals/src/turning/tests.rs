@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use osm_signals::DrivingSide;
 use osm_signals::sources::Source;
 
+use super::join::comparable;
 use super::*;
 use crate::family::approaches::{Arrivals, Counted, Intersection, read};
 
@@ -272,6 +273,12 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
     );
     let mut two = cross();
     two.extend(table(&[("8", &[(0.0, ""), (180.0, "")])]));
+    two.extend(table(&[("007", &[(0.0, ""), (180.0, "")])]));
+    let either = counts("INTID,NBL,NBT,NBR\n7,1,5,3\n07,1,5,3\n").into_approaches(&two, &[], RIGHT);
+    assert_eq!(
+        either.unwrap_err().to_string(),
+        "c.csv, line 3: 07 may be intersection 007 or 7; call it exactly like one of them"
+    );
     let nameless =
         counts("NBL,NBT,NBR\n1,5,3\n").into_approaches(&two, &[], RIGHT).unwrap_err().to_string();
     assert!(nameless.contains("add a column INTID"), "{nameless}");
