@@ -481,11 +481,7 @@ fn no_crossing(
 
 /// Returns a turn on the ground as the network has it, or the other way round.
 fn on_side(turn: Turn, side: DrivingSide) -> Turn {
-    match turn {
-        Turn::Left if !side.is_right() => Turn::Right,
-        Turn::Right if !side.is_right() => Turn::Left,
-        turn => turn,
-    }
+    if side.is_right() { turn } else { turn.mirrored() }
 }
 
 fn word(turn: Turn) -> &'static str {

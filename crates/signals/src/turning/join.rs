@@ -16,7 +16,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use osm_signals::turn::exits;
+use osm_signals::turn::exits_on;
 use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
@@ -393,7 +393,7 @@ impl Said {
             };
             let others = (0..arms.len()).filter(|i| *i != arm && arms[*i].lanes_out > 0);
             let ways: Vec<Turn> =
-                exits(arms[arm].bearing_deg, others.map(|i| (i, arms[i].bearing_deg)))
+                exits_on(side, arms[arm].bearing_deg, others.map(|i| (i, arms[i].bearing_deg)))
                     .into_iter()
                     .map(|(_, turn)| turn)
                     .collect();

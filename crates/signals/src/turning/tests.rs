@@ -461,6 +461,17 @@ fn u_turns_belong_to_the_turn_across_opposing_traffic() {
 }
 
 #[test]
+fn of_two_exits_ahead_that_are_as_close_the_network_s_goes_through() {
+    let fork = table(&[("7", &[(20.0, ""), (180.0, ""), (340.0, "")])]);
+    let counted = |row: &str, side| {
+        let counts = counts(&format!("INTID,NBL,NBT,NBR\n7,{row}\n"));
+        volumes(&counts.into_approaches(&fork, &[], side).unwrap())[1]
+    };
+    assert_eq!(counted("10,60,0", RIGHT), Some([10.0, 60.0, 0.0]));
+    assert_eq!(counted("0,60,10", DrivingSide::Left), Some([0.0, 60.0, 10.0]));
+}
+
+#[test]
 fn pedestrians_cross_the_arm_that_the_vehicles_of_their_direction_have() {
     let skew = table(&[("7", &[(220.0, ""), (135.0, ""), (0.0, "")])]);
     let text = "INTID,NBL,NBR,SBL,SBR,EBL,EBR,NB Peds\n7,11,12,21,22,31,32,25\n";
