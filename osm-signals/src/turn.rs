@@ -38,6 +38,11 @@ impl Turn {
         ['L', 'T', 'R'][self as usize]
     }
 
+    /// Returns the turn across opposing traffic, which U-turns count as.
+    pub fn across(side: DrivingSide) -> Self {
+        if side.is_right() { Self::Left } else { Self::Right }
+    }
+
     /// Returns the turn with left and right exchanged.
     #[must_use]
     pub fn mirrored(self) -> Self {

@@ -312,7 +312,7 @@ fn place(
     let mut plan = plan.clone();
     let headings: BTreeSet<Heading> = (plan.phases.iter())
         .flat_map(|phase| phase.all_movements())
-        .filter_map(|name| Some(Heading::of_movement(name)?.0))
+        .filter_map(|name| Some(Heading::of_movement(name, side)?.0))
         .collect();
     let (arms, is_ambiguous) = arms_of(&headings, intersection, side)?;
     if is_ambiguous {
@@ -324,7 +324,7 @@ fn place(
     }
     let layout = layout(spec).map_err(|e| e.to_string())?;
     let named = |name: &str| -> Option<(usize, Turn)> {
-        let (heading, turn) = Heading::of_movement(name)?;
+        let (heading, turn) = Heading::of_movement(name, side)?;
         Some((*arms.get(&heading)?, on_side(turn, side)))
     };
     for phase in &plan.phases {
@@ -550,12 +550,16 @@ mod tests {
             phase.movements.iter_mut().for_each(swap);
             phase.yielding.iter_mut().for_each(swap);
         }
+        for phase in plan.phases.iter_mut().filter(|p| p.movements.contains(&"NBR".to_owned())) {
+            phase.movements.push("NBU".into());
+        }
         // The left lanes of the ground are right lanes of the mirror image, and every arm has one.
         let placed = placed(&loaded, &plans(plan)).unwrap();
         assert_eq!(placed.refused, []);
         // Northbound traffic comes from arm 2, and its right turn leads east, which the mirror has in the west.
         let ways = &placed.of_point["i0007"].ways;
         assert_eq!(ways["NBR"], [("in2".to_owned(), "out3".to_owned())]);
+        assert_eq!(ways["NBU"], ways["NBR"], "U-turns cross opposing traffic");
         assert_eq!(ways["EBT"], [("in1".to_owned(), "out3".to_owned())]);
     }
 

@@ -266,11 +266,6 @@ pub(crate) fn comparable(id: &str) -> String {
     if plain.is_empty() { id } else { plain.join(" ") }
 }
 
-/// Returns which of [`TURNS`] crosses opposing traffic.
-fn turn_across(side: DrivingSide) -> usize {
-    if side.is_right() { 0 } else { 2 }
-}
-
 /// Returns when the busiest hours of a period are.
 fn summary(period: Option<&Period>, hours: &[Hour]) -> Option<String> {
     let begins = || hours.iter().filter_map(|hour| hour.begin_min);
@@ -378,7 +373,7 @@ impl Said {
         for arm in arms.iter_mut().filter(|arm| arm.lanes_in > 0) {
             arm.counted = Some(Counted::default());
         }
-        let across = turn_across(side);
+        let across = Turn::across(side);
         for (heading, arm) in headings.iter().zip(&matched.arms) {
             let vehicles = |towards| hour.of(*heading, towards);
             let back = vehicles(Towards::UTurn);
@@ -398,8 +393,8 @@ impl Said {
                     .map(|(_, turn)| turn)
                     .collect();
             self.fit(&mut volumes, &ways, &at(*heading));
-            if back > 0.0 && ways.contains(&TURNS[across]) {
-                volumes[across] += back;
+            if back > 0.0 && ways.contains(&across) {
+                volumes[across as usize] += back;
                 self.u_turns.push(format!("{}: {back:.0} veh/h", at(*heading)));
             } else if back > 0.0 {
                 self.no_exit.push(format!("{} U-turn: {back:.0} veh/h", at(*heading)));
@@ -551,7 +546,7 @@ impl Said {
     }
 
     fn doubts(self, side: DrivingSide) -> Vec<Doubt> {
-        let u_turns = format!("U-turns count as {} turns", TURNS[turn_across(side)].name());
+        let u_turns = format!("U-turns count as {} turns", Turn::across(side).name());
         let too_many_walkers = format!(
             "more than {MOST_PEDESTRIANS_PER_H} pedestrians per hour cross an arm, and so many are simulated; give counts of \
              an hour, not of a day"

@@ -76,7 +76,9 @@ impl Utdf {
             });
             let columns = of_lanes.flat_map(|cells| cells.keys());
             let names: Names = columns
-                .filter_map(|column| Some((column.clone(), Heading::of_movement(column)?)))
+                .filter_map(|column| {
+                    Some((column.clone(), Heading::of_movement(column, self.side)?))
+                })
                 .collect();
             match self.plan(id, &names, &mut half_walk).map_err(fail)? {
                 None => {}
@@ -253,7 +255,7 @@ impl Utdf {
         }
         // As engineers list them: left, through, right.
         for phase in &mut plan.phases {
-            let order = |name: &String| Heading::of_movement(name);
+            let order = |name: &String| Heading::of_movement(name, self.side);
             phase.movements.sort_by_key(order);
             phase.yielding.sort_by_key(order);
         }

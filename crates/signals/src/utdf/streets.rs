@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 use osm_signals::intersections::MAX_LANES;
-use osm_signals::turn::exits;
+use osm_signals::turn::exits_on;
 use sheet::Fault;
 
 use super::Utdf;
@@ -310,7 +310,7 @@ impl Utdf {
             let ways = Ways {
                 own: ids[i],
                 ids: &ids,
-                exits: exits(bearings[i], others.map(|j| (j, bearings[j]))),
+                exits: exits_on(self.side, bearings[i], others.map(|j| (j, bearings[j]))),
             };
             // Lanes belong to where they lead, whatever their group is called.
             let lanes = |turn: Turn| {
@@ -528,7 +528,7 @@ impl Utdf {
             lanes.keys().chain(volumes.keys()).chain(to.keys()).collect();
         let mut movements = Vec::new();
         for column in columns {
-            let Some((heading, turn)) = Heading::of_movement(column) else { continue };
+            let Some((heading, turn)) = Heading::of_movement(column, self.side) else { continue };
             let optional = |cells: &Cells, name: &str| {
                 cells.get(column).map(|cell| number(cell, name)).transpose()
             };
