@@ -5,7 +5,7 @@ use std::collections::HashSet;
 
 use super::drawn::once;
 use super::extract::Place;
-use super::geometry::bearing_deg;
+use super::geometry::{bearing_deg, middle};
 use super::graph::{Chain, Graph, Step};
 use super::legs::{Leg, Slip, SlipKind, Surroundings};
 use super::settings::Settings;
@@ -335,9 +335,7 @@ fn extent(graph: &Graph<'_>, legs: &[&Leg], main: &Leg) -> (f64, Vec<Place>, u32
 
 /// Returns the direction from the centre to the middle of the legs' places.
 fn bearing(centre: Place, legs: &[&Leg]) -> f64 {
-    let count = legs.len() as f64;
-    let mean = |f: fn(Place) -> f64| legs.iter().map(|l| f(l.towards)).sum::<f64>() / count;
-    let middle = Place::from_degrees(mean(Place::latitude), mean(Place::longitude));
+    let middle = middle(legs.iter().map(|leg| leg.towards));
     middle.map_or(0.0, |middle| normalise_degrees(bearing_deg(centre, middle)))
 }
 

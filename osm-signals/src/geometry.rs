@@ -15,6 +15,9 @@ pub const EARTH_RADIUS_M: f64 = 6_371_009.0;
 /// Larger than any degree: coordinates beyond it are metres or feet of a projection.
 const NO_DEGREES: f64 = 360.0;
 
+/// Half of the way around the earth, degrees.
+const HALF_CIRCLE_DEG: f64 = 180.0;
+
 /// Distances and bearings on the sphere.
 const SPHERE: HaversineMeasure = HaversineMeasure::new(EARTH_RADIUS_M);
 
@@ -38,8 +41,27 @@ impl LocalMetric {
     /// Returns how far `to` lies east (dx) and north (dy) of `from`, metres; both are
     /// `(latitude, longitude)` in degrees.
     pub fn offset_m(self, from: (f64, f64), to: (f64, f64)) -> (f64, f64) {
-        ((to.1 - from.1) * self.east_m_per_deg, (to.0 - from.0) * self.north_m_per_deg)
+        let east_deg = continued(from.1, to.1) - from.1;
+        (east_deg * self.east_m_per_deg, (to.0 - from.0) * self.north_m_per_deg)
     }
+}
+
+/// Returns a longitude as it continues from another one by the shorter way, which may pass 180 degrees.
+fn continued(from_deg: f64, to_deg: f64) -> f64 {
+    match to_deg - from_deg {
+        east if east > HALF_CIRCLE_DEG => to_deg - 2.0 * HALF_CIRCLE_DEG,
+        east if east < -HALF_CIRCLE_DEG => to_deg + 2.0 * HALF_CIRCLE_DEG,
+        _ => to_deg,
+    }
+}
+
+/// Returns the middle of places near each other, also on both sides of the 180th meridian; `None` of no place.
+pub(crate) fn middle(places: impl Iterator<Item = Place> + Clone) -> Option<Place> {
+    let first_deg = places.clone().next()?.longitude();
+    let count = places.clone().count() as f64;
+    let mean = |of: &dyn Fn(Place) -> f64| places.clone().map(of).sum::<f64>() / count;
+    let longitude = mean(&|place| continued(first_deg, place.longitude()));
+    Place::from_degrees(mean(&Place::latitude), continued(0.0, longitude))
 }
 
 /// Returns the place that somebody gives, degrees.
@@ -189,6 +211,19 @@ mod tests {
             let exact = distance_m(a, b);
             assert!((dx.hypot(dy) / exact - 1.0).abs() < 1e-3, "at {latitude}");
         }
+    }
+
+    #[test]
+    fn places_on_both_sides_of_the_180th_meridian_are_near_each_other() {
+        for (west, east, expected) in
+            [(179.999, -179.998, -179.9995), (-179.999, 179.998, 179.9995), (10.0, 12.0, 11.0)]
+        {
+            let middle = middle([at(-17.0, west), at(-17.002, east)].into_iter()).unwrap();
+            assert_eq!(middle, at(-17.001, expected));
+        }
+        let (x, _) = LocalMetric::at(-17.0).offset_m((-17.0, 179.999), (-17.0, -179.999));
+        assert!((x - distance_m(at(-17.0, 179.999), at(-17.0, -179.999))).abs() < 0.1, "{x}");
+        assert_eq!(super::middle(std::iter::empty()), None);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::across::{Restrictions, crossings};
 use super::arms::{Arm, arms};
 use super::extract::{Place, SignalNode};
 use super::flags::Flag;
-use super::geometry::chord;
+use super::geometry::{chord, middle};
 use super::graph::{Graph, Step};
 use super::legs::{Leg, Surroundings, surroundings};
 use super::settings::Settings;
@@ -348,10 +348,7 @@ fn crosses_one_street(graph: &Graph<'_>, site: &Site, around: &Surroundings, arm
 
 /// Returns the middle of some nodes.
 fn centre(graph: &Graph<'_>, nodes: &[u32]) -> Place {
-    let count = nodes.len() as f64;
-    let mean = |f: fn(Place) -> f64| nodes.iter().map(|n| f(graph.place(*n))).sum::<f64>() / count;
-    Place::from_degrees(mean(Place::latitude), mean(Place::longitude))
-        .expect("the middle of places is a place")
+    middle(nodes.iter().map(|n| graph.place(*n))).expect("an intersection has nodes")
 }
 
 /// Returns per arm which turns exist.

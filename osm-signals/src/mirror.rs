@@ -3,8 +3,8 @@
 //!
 //! Seen in a mirror, left-hand traffic is right-hand traffic: carriageways, roundabouts, slip lanes and
 //! the way around a junction are where all code between here knows them, and turns to the right are turns to
-//! the left. Only coordinates and the order and turns of marked lanes change; one-way streets and
-//! restrictions name ways and nodes, which the mirror leaves alone.
+//! the left. Only coordinates, the order and turns of marked lanes, and the directions of bus lanes that are told by
+//! their side change; one-way streets and restrictions name ways and nodes, which the mirror leaves alone.
 
 use super::arms::Arm;
 use super::extract::{Extract, Place};
@@ -65,8 +65,13 @@ pub fn mirrored_extract(extract: &Extract) -> Extract {
     for signal in &mut mirrored.signals {
         signal.place = signal.place.mirrored();
     }
-    for turns in mirrored.ways.iter_mut().filter_map(|way| way.street.turns.as_mut()) {
-        turns.mirror();
+    for street in mirrored.ways.iter_mut().map(|way| &mut way.street) {
+        if let Some(turns) = &mut street.turns {
+            turns.mirror();
+        }
+        if let Some(lanes) = &mut street.lanes_mirrored {
+            std::mem::swap(&mut **lanes, &mut street.lanes);
+        }
     }
     mirrored
 }
@@ -98,5 +103,29 @@ fn arm_turned_back(mut arm: Arm) -> Arm {
 fn mirror_places(places: &mut [Place]) {
     for place in places {
         *place = place.mirrored();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bus_lane_on_one_side_is_of_the_other_direction_in_left_hand_traffic() {
+        let text = "<osm version=\"0.6\"><node id=\"1\" lat=\"51.5\" lon=\"0.1\"/>\
+            <node id=\"2\" lat=\"51.51\" lon=\"0.1\"/><way id=\"3\"><nd ref=\"1\"/><nd ref=\"2\"/>\
+            <tag k=\"highway\" v=\"primary\"/><tag k=\"lanes\" v=\"4\"/>\
+            <tag k=\"busway:left\" v=\"lane\"/></way></osm>";
+        let file = tempfile::Builder::new().suffix(".osm").tempfile().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        let extract = crate::read::read(file.path(), &|_, _| {}).unwrap();
+        let lanes = |extract: &Extract| {
+            let lanes = extract.ways[0].street.lanes;
+            (lanes.forward, lanes.backward)
+        };
+        assert_eq!(lanes(&extract), (Some(2), Some(1)));
+        let mirrored = mirrored_extract(&extract);
+        assert_eq!(lanes(&mirrored), (Some(1), Some(2)));
+        assert_eq!(lanes(&mirrored_extract(&mirrored)), (Some(2), Some(1)));
     }
 }

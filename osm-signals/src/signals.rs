@@ -24,12 +24,17 @@ use super::sources::Source;
 use super::table::{Column, Table};
 use super::wkt;
 
-/// Usual names of the column with the id, the best one first.
-const ID: [&str; 18] = [
-    "id", "signal", "signal_id", "signalid", "name", "signal_number", "signal_no", "sig_id",
-    "sig_no", "asset_id", "assetid", "intersection_id", "int_id", "intid", "location_id",
-    "site_id", "facilityid", "objectid",
+/// Usual names of the column with the id, the best one first: counts and plans refer to the number of a signal or
+/// intersection, and `id` may be that of a row in a database.
+const ID: [&str; 24] = [
+    "signal_id", "signalid", "signal_number", "signal_no", "sig_id", "sig_no", "intersection_id",
+    "intersectionid", "int_id", "intid", "int", "node_id", "nodeid", "node", "site_id",
+    "location_id", "asset_id", "assetid", "facilityid", "id", "signal", "name", "objectid",
+    "object_id",
 ];
+
+/// Those of them that are no number of a signal where a list has another column with an id.
+const NO_NUMBERS: [&str; 3] = ["name", "objectid", "object_id"];
 
 /// Usual names of the column with a text `POINT (...)`.
 const POINT: [&str; 10] = [
@@ -48,7 +53,8 @@ const ONE_CONTROLLER_M: f64 = 250.0;
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SignalColumns {
-    /// Column with the id; usual are id, signal, signal_id, name and the like. Without one, rows are numbered.
+    /// Column with the id; usual are signal_id, intersection_id, node, id, signal, name and the like. Without one, rows
+    /// are numbered.
     pub id: Option<String>,
     /// Column with the latitude, degrees, WGS 84; usual are latitude, lat, y and the like.
     pub latitude: Option<String>,
@@ -84,7 +90,7 @@ pub struct SignalList {
     pub signals: Vec<ListedSignal>,
     /// How many rows were left out by [`SignalColumns::keep`].
     pub left_out: usize,
-    /// What may be no signal, and how to leave it out.
+    /// What may be no signal or not its id, and the way out.
     pub doubts: Vec<String>,
 }
 
@@ -121,6 +127,7 @@ impl SignalList {
         let mut table = Table::with_rows(&source.bytes, path, source.rows)?;
         let id = Column { what: "id", given: columns.id.as_deref(), usual: &ID };
         let id = table.find(&id)?;
+        let other_ids = columns.id.is_none().then(|| other_ids(&table, id)).flatten();
         let controller =
             Column { what: "controller", given: columns.controller.as_deref(), usual: &CONTROLLER };
         let controller = table.find(&controller)?;
@@ -191,7 +198,7 @@ impl SignalList {
             return Err(table.nothing(&at.without_places(&table)));
         }
         let kinds = found.into_iter().filter_map(|(c, values)| doubt(table.name(c), &values));
-        list.doubts = kinds.collect();
+        list.doubts = other_ids.into_iter().chain(kinds).collect();
         list.doubts.extend(part_controllers(&mut list.signals));
         Ok(list)
     }
@@ -240,6 +247,23 @@ impl At {
              settings)"
         )
     }
+}
+
+/// Says which column has the id where others could have it.
+fn other_ids(table: &Table<'_>, id: Option<usize>) -> Option<String> {
+    let could = ID.iter().filter(|name| !NO_NUMBERS.contains(name)).filter_map(|name| {
+        let column = Column { what: "id", given: None, usual: std::slice::from_ref(name) };
+        table.find(&column).ok().flatten()
+    });
+    let could: Vec<String> = could.map(|column| brief(table.name(column))).collect();
+    (could.len() > 1).then(|| {
+        format!(
+            "several columns could be the id ({}), and {} is used; name another one as `id` in [signals] of the \
+             settings",
+            could.join(", "),
+            brief(table.name(id.unwrap_or_default()))
+        )
+    })
 }
 
 /// Returns where the places of a list stand.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-use calamine::{Data, Ods, Reader, Xls, Xlsb, Xlsx};
+use calamine::{Data, ExcelDateTime, Ods, Range, Reader, Xls, Xlsb, Xlsx};
 use geojson::{FeatureCollection, GeometryValue, JsonObject, JsonValue, Position};
 use shapefile::{Shape, ShapeReader, dbase};
 use zip::ZipArchive;
@@ -26,6 +26,9 @@ const WORKBOOKS: [&str; 3] = ["xl/workbook.xml", "xl/workbook.bin", "mimetype"];
 
 /// Ends of names of files that hold a list, and of those beside shapes.
 const LISTS: [&str; 9] = ["csv", "tsv", "txt", "geojson", "json", "xlsx", "xls", "ods", "shp"];
+
+/// Days after 1899-12-30 from which on a cell with the form of a date is one of our time, and no other number.
+const FIRST_DAY: f64 = 20_000.0;
 
 /// What a list has to be.
 const EXPECTED: &str =
@@ -157,9 +160,8 @@ where
     for name in workbook.sheet_names() {
         let range = workbook.worksheet_range(&name).map_err(damaged)?;
         let Some((first, _)) = range.start() else { continue };
-        let rows = range.rows().map(|row| row.iter().map(cell).collect::<Vec<String>>());
         sheets.push(Source {
-            bytes: Cow::Owned(csv(rows).into_bytes()),
+            bytes: Cow::Owned(csv(texts(&range).into_iter()).into_bytes()),
             rows: ("row", i64::from(first)),
             sheet: name,
         });
@@ -170,11 +172,51 @@ where
     Ok(sheets)
 }
 
-fn cell(data: &Data) -> String {
+/// Returns the texts of cells. Dates of a column in which one has a time have times too, also at midnight.
+fn texts(range: &Range<Data>) -> Vec<Vec<String>> {
+    let has_times = |column: usize| range.rows().any(|row| has_time(&row[column]));
+    let timed: Vec<bool> = (0..range.width()).map(has_times).collect();
+    let text = |row: &[Data]| {
+        let cells = row.iter().zip(&timed).map(|(data, timed)| cell(data, *timed));
+        cells.collect::<Vec<String>>()
+    };
+    range.rows().map(text).collect()
+}
+
+/// Returns whether a cell has a time of day that its number or text shows.
+fn has_time(data: &Data) -> bool {
+    match data {
+        Data::DateTime(at) => at.as_f64().fract() != 0.0,
+        Data::DateTimeIso(text) => text.contains('T'),
+        _ => false,
+    }
+}
+
+/// Returns the text of a cell.
+///
+/// # Arguments
+///
+/// * `timed`: whether its column has times of day.
+fn cell(data: &Data, timed: bool) -> String {
     match data {
         Data::Empty | Data::Error(_) => String::new(),
         Data::DurationIso(duration) => clock_time(duration).unwrap_or_else(|| duration.clone()),
+        Data::DateTime(at) => date_time(at, timed),
+        Data::DateTimeIso(day) if timed && !has_time(data) => format!("{day}T00:00:00"),
         other => other.to_string(),
+    }
+}
+
+/// Returns a date, a time of day or both; a number that is neither stays one.
+fn date_time(at: &ExcelDateTime, timed: bool) -> String {
+    let (year, month, day, hour, minute, second, _) = at.to_ymd_hms_milli();
+    let date = format!("{year}-{month:02}-{day:02}");
+    let time = format!("{hour:02}:{minute:02}:{second:02}");
+    match at.as_f64() {
+        days if days >= FIRST_DAY && timed => format!("{date} {time}"),
+        days if days >= FIRST_DAY => date,
+        days if (0.0..1.0).contains(&days) && timed => time,
+        days => days.to_string(),
     }
 }
 

@@ -4,13 +4,14 @@
 //!
 //! Choices where implementations differ:
 //! - **Through** is the exit closest to straight ahead, if it is less than
-//!   [`THROUGH_LIMIT_DEG`] off; of two that are equally close, the one on the right. Every other
-//!   exit is a left or a right turn by its side, so there may be several of each.
+//!   [`THROUGH_LIMIT_DEG`] off; of two that are equally close, the one on the right, in left-hand traffic the one on
+//!   the left. Every other exit is a left or a right turn by its side, so there may be several of each.
 //! - **U-turns** do not exist.
 
 use serde::Serialize;
 
-use super::angle::turn_degrees;
+use super::angle::{normalise_degrees, turn_degrees};
+use super::driving_side::DrivingSide;
 
 /// Largest turn of a movement that goes through, degrees; half of a right angle.
 pub const THROUGH_LIMIT_DEG: f64 = 45.0;
@@ -35,6 +36,21 @@ impl Turn {
     /// Returns the letter that engineers give it, such as that of `NBL`.
     pub fn letter(self) -> char {
         ['L', 'T', 'R'][self as usize]
+    }
+
+    /// Returns the turn across opposing traffic, which U-turns count as.
+    pub fn across(side: DrivingSide) -> Self {
+        if side.is_right() { Self::Left } else { Self::Right }
+    }
+
+    /// Returns the turn with left and right exchanged.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        match self {
+            Self::Left => Self::Right,
+            Self::Through => Self::Through,
+            Self::Right => Self::Left,
+        }
     }
 }
 
@@ -82,7 +98,29 @@ impl Turns {
     }
 }
 
-/// Returns the exits from an arm with the turns that lead to them, leftmost first.
+/// Returns the exits from an arm on the ground with the turns that lead to them, leftmost first. Those of left-hand
+/// traffic are decided in the mirror, as in its networks.
+///
+/// # Arguments
+///
+/// * `side` — which traffic keeps to.
+/// * `from_deg`, `others` — as those of [`exits`].
+pub fn exits_on<Id: Copy>(
+    side: DrivingSide,
+    from_deg: f64,
+    others: impl IntoIterator<Item = (Id, f64)>,
+) -> Vec<(Id, Turn)> {
+    let right_hand_deg = |bearing_deg: f64| side.bearing_deg(normalise_degrees(bearing_deg));
+    let others = others.into_iter().map(|(to, bearing_deg)| (to, right_hand_deg(bearing_deg)));
+    let mut found = exits(right_hand_deg(from_deg), others);
+    if !side.is_right() {
+        found.reverse();
+        found.iter_mut().for_each(|(_, turn)| *turn = turn.mirrored());
+    }
+    found
+}
+
+/// Returns the exits from an arm of right-hand traffic with the turns that lead to them, leftmost first.
 ///
 /// # Arguments
 ///
@@ -119,4 +157,22 @@ pub fn exits<Id: Copy>(
     };
     let exits = exits.into_iter().enumerate();
     exits.map(|(position, (turn_deg, to))| (to, turn(position, turn_deg))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_two_exits_as_close_to_straight_on_the_outer_side_decides() {
+        let from_the_south = |side| exits_on(side, 180.0, [("right", 20.0), ("left", 340.0)]);
+        assert_eq!(
+            from_the_south(DrivingSide::Right),
+            [("left", Turn::Left), ("right", Turn::Through)]
+        );
+        assert_eq!(
+            from_the_south(DrivingSide::Left),
+            [("left", Turn::Through), ("right", Turn::Right)]
+        );
+    }
 }

@@ -12,6 +12,9 @@ use super::fault::Fault;
 /// Separators of fields.
 const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b'|'];
 
+/// Lines of a file within which the first section of UTDF begins; titles may stand above it.
+const SECTION_WITHIN: usize = 1000;
+
 /// A line with its fields, without the blanks around them; at least one is not empty.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Line {
@@ -113,12 +116,11 @@ pub fn lines(bytes: &[u8]) -> Result<Vec<Line>, Fault> {
     Ok(lines)
 }
 
-/// Returns whether a file is UTDF by the names of its sections, for messages about one in the wrong place.
+/// Returns whether a file is UTDF by the names of its sections, in whatever encoding it is.
 pub fn is_utdf(bytes: &[u8]) -> bool {
-    let start = &bytes[..bytes.len().min(1 << 16)];
-    let text = String::from_utf8_lossy(start);
-    let mut lines = text.lines().map(|line| line.trim_start_matches('\u{feff}').trim());
-    lines.any(|line| {
+    let text = decode(bytes).unwrap_or_else(|_| String::from_utf8_lossy(bytes));
+    let lines = text.split(['\n', '\r']).map(|line| line.trim_start_matches('\u{feff}').trim());
+    lines.take(SECTION_WITHIN).any(|line| {
         let first = line.split([',', ';', '\t']).next().unwrap_or_default().trim().to_lowercase();
         ["[network]", "[nodes]", "[links]", "[lanes]", "[timeplans]", "[phases]"].contains(&&*first)
     })
@@ -182,6 +184,12 @@ mod tests {
     #[test]
     fn the_sections_of_utdf_show_what_a_file_is() {
         assert!(is_utdf(b"\xEF\xBB\xBF[Network],,\r\nNetwork Settings,,\r\n"));
+        let utf16 =
+            |text: &str| text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+        assert!(
+            is_utdf(&utf16("\u{feff}[Network],,\r\n")) && is_utdf(&utf16("Title\r\n[Lanes],\r\n"))
+        );
+        assert!(is_utdf(b"Caf\xe9\r[Network]\rNetwork Settings\r"));
         assert!(
             is_utdf(b"\n[lanes]\nLane Group Data\n")
                 && !is_utdf(b"[1, 2]")

@@ -174,7 +174,8 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     let utdf = args.utdf.iter().map(|file| ("utdf", file.clone()));
     let sources: Vec<_> =
         utdf.chain(args.existing.iter().map(|file| ("existing", file.clone()))).collect();
-    let given = args.existing.as_deref().map(read_plans).transpose()?;
+    let side = uncounted.scenario.network.driving_side;
+    let given = args.existing.as_deref().map(|path| read_plans(path, side)).transpose()?;
     for doubt in given.iter().flat_map(|(_, doubts)| doubts) {
         note(format!("warning: {}", doubt.brief()));
     }

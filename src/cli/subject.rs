@@ -55,8 +55,9 @@ impl Subject {
         let say = |doubts: &[Doubt]| {
             doubts.iter().for_each(|doubt| note(format!("warning: {}", doubt.brief())));
         };
+        let side = loaded.scenario.network.driving_side;
         if let Some(path) = &args.existing {
-            let (plans, doubts) = read_plans(path)?;
+            let (plans, doubts) = read_plans(path, side)?;
             say(&doubts);
             loaded.plans = Some(plans);
         }
@@ -70,7 +71,7 @@ impl Subject {
                 ))
                 .into());
             }
-            let (read, doubts) = read_plans(path)?;
+            let (read, doubts) = read_plans(path, side)?;
             say(&doubts);
             plans.push((method, read));
         }

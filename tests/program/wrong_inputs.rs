@@ -222,7 +222,7 @@ fn mistakes() -> Vec<Mistake> {
             utdf("yellowTime,3.5", "yellowTime,\"3,9\""),
             true,
             &[
-                "network.csv, line 1: [Network] yellowtime = \"3,9\": expected a number from 1 to 10",
+                "network.csv, line 6: [Network] yellowtime = \"3,9\": expected a number from 1 to 10",
             ],
         ),
         (

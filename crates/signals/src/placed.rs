@@ -23,7 +23,7 @@ use crate::network::lanes::{LaneLayout, layout, link_order};
 use crate::network::movements::ArmMovement;
 use crate::network::plain::SIGNAL;
 use crate::settings::Detail;
-use crate::turning::{comparable, matched_arms};
+use crate::turning::{matched_arms, meant};
 use crate::vocabulary::Heading;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
@@ -88,23 +88,27 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
         );
         return Err(wrong(first.line, message));
     }
-    let ids: BTreeSet<&str> = loaded.intersections.iter().map(|i| i.id.as_str()).collect();
+    let points: BTreeSet<&str> = loaded.family.points.iter().map(|p| p.id.as_str()).collect();
+    let mut meant_by = Vec::with_capacity(plans.all.len());
+    for plan in &plans.all {
+        let ids = loaded.intersections.iter().map(|i| i.id.as_str());
+        meant_by.push(match meant(&plan.intersection, ids) {
+            Err(_) if points.contains(plan.intersection.as_str()) => None,
+            meant => meant.map_err(|message| wrong(plan.line, message))?,
+        });
+    }
     let (mut used, mut notes, mut without) = (vec![false; plans.all.len()], Vec::new(), Vec::new());
     for ((point, members), spec) in loaded.family.points.iter().zip(&loaded.members).zip(&specs) {
         let intersection = &loaded.intersections[members[0]];
-        // A plan that is called exactly like an intersection is of no other one.
-        let is_same = |plan: &NamedPlan| match ids.contains(plan.intersection.as_str()) {
-            true => plan.intersection == intersection.id,
-            false => comparable(&plan.intersection) == comparable(&intersection.id),
-        };
-        let of = |is_own: &dyn Fn(&NamedPlan) -> bool| {
-            plans.all.iter().enumerate().filter(|(_, plan)| is_own(plan)).collect::<Vec<_>>()
+        let of = |is_own: &dyn Fn(usize, &NamedPlan) -> bool| {
+            plans.all.iter().enumerate().filter(|(i, plan)| is_own(*i, plan)).collect::<Vec<_>>()
         };
         // Reports call an intersection in a period by the id of its point MDP.
-        let mut found = of(&|plan| plan.intersection == point.id && plan.period.is_empty());
+        let mut found = of(&|_, plan| plan.intersection == point.id && plan.period.is_empty());
         for period in [intersection.period.as_str(), ""] {
             if found.is_empty() {
-                found = of(&|plan| is_same(plan) && plan.period == period);
+                let is_same = |i: usize| meant_by[i] == Some(intersection.id.as_str());
+                found = of(&|i, plan| is_same(i) && plan.period == period);
             }
         }
         let (index, named) = match found[..] {
@@ -214,11 +218,18 @@ fn of_states(
     let first = |members: &Vec<usize>| &loaded.intersections[members[0]];
     let is_only = || loaded.members.iter().all(|m| first(m).id == first(&loaded.members[0]).id);
     let mut points = loaded.family.points.iter().zip(&loaded.members).zip(specs);
-    let mut similar = points.clone().filter(|((_, members), _)| {
-        comparable(&first(members).id) == comparable(id) || (id == SIGNAL && is_only())
-    });
-    let exact = points.find(|((point, members), _)| point.id == id || first(members).id == id);
-    let Some(((point, members), spec)) = exact.or_else(|| similar.next()) else { return Ok(None) };
+    let exact =
+        points.clone().find(|((point, members), _)| point.id == id || first(members).id == id);
+    let found = match exact {
+        Some(exact) => Some(exact),
+        None => {
+            let same = meant(id, loaded.members.iter().map(|m| first(m).id.as_str()))?;
+            points.find(|((_, members), _)| {
+                same == Some(first(members).id.as_str()) || (id == SIGNAL && is_only())
+            })
+        }
+    };
+    let Some(((point, members), spec)) = found else { return Ok(None) };
     let fail = |message: String| format!("signal {id}: {message}");
     let intersection = first(members);
     let layout = layout(spec).map_err(|e| e.to_string())?;
@@ -306,7 +317,7 @@ fn place(
     let mut plan = plan.clone();
     let headings: BTreeSet<Heading> = (plan.phases.iter())
         .flat_map(|phase| phase.all_movements())
-        .filter_map(|name| Some(Heading::of_movement(name)?.0))
+        .filter_map(|name| Some(Heading::of_movement(name, side)?.0))
         .collect();
     let (arms, is_ambiguous) = arms_of(&headings, intersection, side)?;
     if is_ambiguous {
@@ -318,7 +329,7 @@ fn place(
     }
     let layout = layout(spec).map_err(|e| e.to_string())?;
     let named = |name: &str| -> Option<(usize, Turn)> {
-        let (heading, turn) = Heading::of_movement(name)?;
+        let (heading, turn) = Heading::of_movement(name, side)?;
         Some((*arms.get(&heading)?, on_side(turn, side)))
     };
     for phase in &plan.phases {
@@ -503,11 +514,7 @@ fn turns_across(
 
 /// Returns a turn on the ground as the network has it, or the other way round.
 fn on_side(turn: Turn, side: DrivingSide) -> Turn {
-    match turn {
-        Turn::Left if !side.is_right() => Turn::Right,
-        Turn::Right if !side.is_right() => Turn::Left,
-        turn => turn,
-    }
+    if side.is_right() { turn } else { turn.mirrored() }
 }
 
 fn word(turn: Turn) -> &'static str {
@@ -576,12 +583,16 @@ mod tests {
             phase.movements.iter_mut().for_each(swap);
             phase.yielding.iter_mut().for_each(swap);
         }
+        for phase in plan.phases.iter_mut().filter(|p| p.movements.contains(&"NBR".to_owned())) {
+            phase.movements.push("NBU".into());
+        }
         // The left lanes of the ground are right lanes of the mirror image, and every arm has one.
         let placed = placed(&loaded, &plans(plan)).unwrap();
         assert_eq!(placed.refused, []);
         // Northbound traffic comes from arm 2, and its right turn leads east, which the mirror has in the west.
         let ways = &placed.of_point["i0007"].ways;
         assert_eq!(ways["NBR"], [("in2".to_owned(), "out3".to_owned())]);
+        assert_eq!(ways["NBU"], ways["NBR"], "U-turns cross opposing traffic");
         assert_eq!(ways["EBT"], [("in1".to_owned(), "out3".to_owned())]);
     }
 
@@ -662,7 +673,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exact_name_goes_before_a_similar_one() {
+    fn an_exact_name_goes_before_a_similar_one_and_several_similar_ones_are_refused() {
         let mut table =
             "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,right_turn_lanes,\
              speed_mph,length_m,aadt_veh_per_day_per_lane,movements\n"
@@ -684,7 +695,15 @@ mod tests {
         assert_eq!(of(&["7", "007"]), (2, vec![]));
         let without = "intersections without an existing plan (007)".to_owned();
         assert_eq!(of(&["7"]), (1, vec![without]));
-        assert_eq!(of(&["07"]).0, 2, "no intersection is called so");
+        let mut either = plans(plan(Control::Pretimed));
+        either.all[0].intersection = "07".into();
+        let e = placed(&loaded, &either).unwrap_err().to_string();
+        let expected = "07 may be intersection 007 or 7; call it exactly like one of them";
+        assert_eq!(e, format!("e.csv, line 2: {expected}"));
+        let mut either = program(["GGgrrrGGgrrr", "rrrGGgrrrGGg"]);
+        either.programs[0].program.signal = "07".into();
+        let e = placed(&loaded, &either).unwrap_err().to_string();
+        assert!(e.contains(expected), "{e}");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use std::fmt::{self, Display};
 
-use osm_signals::Turn;
+use osm_signals::{DrivingSide, Turn};
 
 /// Width of a lane of which a network says nothing, metres (SUMO's default).
 pub const DEFAULT_LANE_WIDTH_M: f64 = 3.2;
@@ -56,11 +56,13 @@ impl Heading {
     }
 
     /// Returns the direction and the turn of a movement's name, such as `NBL`; `None` for one that is no movement. A
-    /// second left or right (`NBL2`) is one of several exits on that side, and U-turns count as left turns.
-    pub fn of_movement(name: &str) -> Option<(Self, Turn)> {
+    /// second left or right (`NBL2`) is one of several exits on that side. U-turns count as the turns across opposing
+    /// traffic, which depend on the side that traffic keeps to.
+    pub fn of_movement(name: &str, side: DrivingSide) -> Option<(Self, Turn)> {
         let heading = Self::begins(name)?;
         let turn = match &name[heading.name().len()..] {
-            "L" | "L2" | "U" => Turn::Left,
+            "L" | "L2" => Turn::Left,
+            "U" => Turn::across(side),
             "T" => Turn::Through,
             "R" | "R2" => Turn::Right,
             _ => return None,
@@ -146,6 +148,13 @@ pub fn listed_before(name: &str) -> (Option<usize>, Option<usize>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn u_turns_are_turns_across_opposing_traffic() {
+        let turn = |side| Heading::of_movement("NBU", side);
+        assert_eq!(turn(DrivingSide::Right), Some((Heading::North, Turn::Left)));
+        assert_eq!(turn(DrivingSide::Left), Some((Heading::North, Turn::Right)));
+    }
 
     #[test]
     fn letters_of_greens_read_back_and_others_are_red() {

@@ -2,7 +2,8 @@
 //!
 //! Portals give a row per direction, per year or per hour, all at one place. Any choice among them is wrong for
 //! one of these: the larger of two directions is half of the street, their sum twice the traffic of two
-//! years. So all of them are left out and named.
+//! years. So all of them are left out and named. Counts of two directions are different also where their values
+//! are equal: each may be half of the street, or all of it.
 
 use std::collections::BTreeSet;
 use std::collections::hash_map::{Entry, HashMap};
@@ -11,6 +12,7 @@ use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
 use super::counted::{Counted, Shape};
+use crate::angle::turn_degrees;
 use crate::error::brief;
 use crate::extract::Place;
 use crate::geometry::{along, axis_difference_deg, chord, distance_m, length_m};
@@ -21,6 +23,9 @@ const ONE_PLACE_M: f64 = 10.0;
 
 /// Most conflicts that are named.
 const NAMED: usize = 5;
+
+/// Angle between the bearings of two stations from which on they are of two directions of travel, degrees.
+const OPPOSED_DEG: f64 = 90.0;
 
 /// What is said of counts that are left out.
 const REASON: &str =
@@ -47,7 +52,7 @@ pub(super) fn settled(
     let conflict = |i: usize| {
         let near = tree.locate_within_distance(chord(traces[i][1]), ONE_PLACE_M * ONE_PLACE_M);
         near.map(|near| near.data).find(|j| {
-            counted[i].aadt_veh_per_day != counted[*j].aadt_veh_per_day
+            differ(&counted[i], &counted[*j])
                 && one_street(&counted[i].shape, &counted[*j].shape, match_deg)
                 && one_place(&traces[i], &traces[*j])
         })
@@ -74,7 +79,8 @@ fn distinct(counted: Vec<Counted>) -> (Vec<Counted>, Vec<Trace>) {
             Shape::Lines(_) => None,
         };
         let places = trace.map(|p| (p.latitude_e7, p.longitude_e7));
-        match first.entry((places, bearing, count.aadt_veh_per_day.to_bits())) {
+        let direction = count.direction.clone();
+        match first.entry((places, bearing, direction, count.aadt_veh_per_day.to_bits())) {
             Entry::Occupied(same) => {
                 // Whatever the order of the file.
                 let id = &mut kept[*same.get()].id;
@@ -103,6 +109,17 @@ fn trace(shape: &Shape) -> Trace {
     }
 }
 
+/// Returns whether two counts have other values, or are of other directions of travel.
+fn differ(a: &Counted, b: &Counted) -> bool {
+    let opposed = match (&a.shape, &b.shape) {
+        (Shape::Station(_, Some(a)), Shape::Station(_, Some(b))) => {
+            turn_degrees(*a, *b).abs() > OPPOSED_DEG
+        }
+        _ => false,
+    };
+    opposed || a.aadt_veh_per_day != b.aadt_veh_per_day || a.direction != b.direction
+}
+
 /// Returns whether two counts may be of one street: a line and a station say different things, and
 /// stations with bearings say which street they are of.
 fn one_street(a: &Shape, b: &Shape, match_deg: f64) -> bool {
@@ -124,7 +141,11 @@ fn one_place(a: &Trace, b: &Trace) -> bool {
 /// Returns the counts that differ, each pair once, with their values.
 fn named(counted: &[Counted], conflicts: &[(usize, usize)]) -> String {
     let pairs: BTreeSet<_> = conflicts.iter().map(|(i, j)| (*i.min(j), *i.max(j))).collect();
-    let name = |i: usize| format!("{} ({})", brief(&counted[i].id), counted[i].aadt_veh_per_day);
+    let name = |i: usize| {
+        let Counted { id, aadt_veh_per_day, direction, .. } = &counted[i];
+        let direction = direction.as_ref().map(|d| format!(", {}", brief(d))).unwrap_or_default();
+        format!("{} ({aadt_veh_per_day}{direction})", brief(id))
+    };
     let named = pairs.iter().take(NAMED).map(|(i, j)| format!("{} and {}", name(*i), name(*j)));
     let more = if pairs.len() > NAMED { "; ..." } else { "" };
     format!("{}{more}", named.collect::<Vec<_>>().join("; "))
@@ -139,12 +160,13 @@ mod tests {
     }
 
     fn station(id: &str, aadt_veh_per_day: f64, place: (f64, f64), axis: Option<f64>) -> Counted {
-        Counted { id: id.into(), aadt_veh_per_day, shape: Shape::Station(at(place), axis) }
+        let shape = Shape::Station(at(place), axis);
+        Counted { id: id.into(), aadt_veh_per_day, direction: None, shape }
     }
 
     fn line(id: &str, aadt_veh_per_day: f64, places: &[(f64, f64)]) -> Counted {
         let shape = Shape::Lines(vec![places.iter().copied().map(at).collect()]);
-        Counted { id: id.into(), aadt_veh_per_day, shape }
+        Counted { id: id.into(), aadt_veh_per_day, direction: None, shape }
     }
 
     /// The ids of what is left, and what is said of the rest.
@@ -180,6 +202,23 @@ mod tests {
         assert_eq!(settle(two), ("a".to_owned(), None));
         let two = vec![station("b", 9.0, HERE, None), station("a", 9.0, BESIDE, None)];
         assert_eq!(settle(two), ("b a".to_owned(), None));
+    }
+
+    #[test]
+    fn equal_counts_of_two_directions_are_left_out_and_named() {
+        let of = |id: &str, place, direction: &str| Counted {
+            direction: Some(direction.into()),
+            ..station(id, 9.0, place, None)
+        };
+        for place in [HERE, BESIDE] {
+            let two = vec![of("a", HERE, "EB"), of("b", place, "WB")];
+            assert_eq!(settle(two), (String::new(), Some("2: a (9, EB) and b (9, WB)".to_owned())));
+        }
+        let same = vec![of("b", HERE, "EB"), of("a", HERE, "EB")];
+        assert_eq!(settle(same), ("a".to_owned(), None));
+        let bearing = |id: &str, deg| station(id, 9.0, HERE, Some(deg));
+        assert_eq!(settle(vec![bearing("a", 90.0), bearing("b", 270.0)]).0, "");
+        assert_eq!(settle(vec![bearing("a", 90.0), bearing("b", 91.0)]).0, "a b");
     }
 
     #[test]

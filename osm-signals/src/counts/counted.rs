@@ -31,7 +31,18 @@ pub(super) enum Shape {
 pub(super) struct Counted {
     pub(super) id: String,
     pub(super) aadt_veh_per_day: f64,
+    /// Direction of travel that was counted, in capital letters, if the file says it.
+    pub(super) direction: Option<String>,
     pub(super) shape: Shape,
+}
+
+/// Usual names of the column or property with the direction of travel.
+pub(super) const DIRECTION: [&str; 5] =
+    ["direction", "dir", "travel_direction", "direction_of_travel", "travel_dir"];
+
+/// Returns a direction of travel as it is compared; `None` for an empty one.
+pub(super) fn direction(text: &str) -> Option<String> {
+    Some(text.trim().to_uppercase()).filter(|direction| !direction.is_empty())
 }
 
 /// What a reader finds in a file.

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use geojson::JsonValue;
 
-use super::counted::{Counted, Found, Shape};
-use super::field::{NoCount, choose, count, is_separated};
+use super::counted::{Counted, DIRECTION, Found, Shape, direction};
+use super::field::{NoCount, YEAR, choose, count, is_separated};
 use crate::error::{OsmError, brief};
 use crate::oddities::Oddities;
 use crate::table::{Column, Table};
@@ -29,6 +29,8 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
     let at = (table.need(&Column::latitude(None))?, table.need(&Column::longitude(None))?);
     let bearing = table.find(&Column { what: "bearing", given: None, usual: &BEARING })?;
     let id = table.find(&Column { what: "id", given: None, usual: &ID })?;
+    let way = table.find(&Column { what: "direction", given: None, usual: &DIRECTION })?;
+    let year = table.find(&Column { what: "year", given: None, usual: &YEAR })?;
     let names: Vec<_> = table.headers().map(|name| (name, None)).collect();
     let field = choose(&names, field).map_err(|reason| table.error(table.header_line(), reason))?;
     let aadt = table.need(&Column { what: "count", given: Some(&field), usual: &[] })?;
@@ -44,7 +46,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
             true => JsonValue::from(table.count(&row, aadt)?),
             false => JsonValue::from(text),
         };
-        match count(Some(&found), false) {
+        match count(Some(&found), false, year.map(|column| row.text(column))) {
             Err(NoCount::Refused(reason)) => return Err(table.error(row.line, reason)),
             Err(NoCount::Skipped(reason)) => {
                 oddities.add(reason, || {
@@ -64,7 +66,8 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
                     return Err(table.error(row.line, reason));
                 }
                 let shape = Shape::Station(place, bearing);
-                counted.push(Counted { id, aadt_veh_per_day, shape });
+                let direction = way.and_then(|column| direction(row.text(column)));
+                counted.push(Counted { id, aadt_veh_per_day, direction, shape });
             }
         }
     }

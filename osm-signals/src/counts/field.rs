@@ -17,6 +17,14 @@ const OTHER: [&str; 12] = [
 /// Years that a name can mean.
 const YEARS: std::ops::RangeInclusive<u32> = 1950..=2099;
 
+/// Year of this version: a count of a later year is a forecast. It is not the year of the clock, so that a file is read
+/// alike on every day.
+const THIS_YEAR: u32 = 2026;
+
+/// Usual names of the column or property with the year of a count.
+pub(super) const YEAR: [&str; 7] =
+    ["year", "yr", "aadt_year", "aadt_yr", "aadtyr", "count_year", "year_record"];
+
 /// Most names that a message lists.
 const LISTED: usize = 30;
 
@@ -42,7 +50,8 @@ pub(super) fn choose(names: &[Name<'_>], given: Option<&str>) -> Result<String, 
     }
     let is = |name: &str| {
         let lower = name.to_lowercase();
-        lower.contains(AADT) && !OTHER.iter().any(|w| lower.contains(w))
+        let is_past = year(name).is_none_or(|year| year <= THIS_YEAR);
+        lower.contains(AADT) && is_past && !OTHER.iter().any(|w| lower.contains(w))
     };
     let (named, unusable): (Vec<_>, Vec<_>) =
         names.iter().filter(|n| is(n.0)).partition(|(_, unusable)| unusable.is_none());
@@ -58,7 +67,14 @@ pub(super) fn choose(names: &[Name<'_>], given: Option<&str>) -> Result<String, 
     match (&of_latest[..], best.next(), best.next()) {
         ([only], ..) | (_, Some(only), None) => Ok((**only).to_owned()),
         ([], ..) => Err(match &unusable[..] {
-            [] => format!("no name has AADT in it; {}", listed(names)),
+            [] => match names.iter().find(|n| n.0.to_lowercase().contains(AADT)) {
+                None => format!("no name has AADT in it; {}", listed(names)),
+                Some((name, _)) => format!(
+                    "{} looks like a forecast or like some of the vehicles; {}",
+                    brief(name),
+                    listed(names)
+                ),
+            },
             [(name, value), ..] => format!(
                 "{} has no usable value (such as {}); {}",
                 brief(name),
@@ -90,11 +106,19 @@ pub(super) enum NoCount {
 /// # Arguments
 ///
 /// * `have_decimals`: whether texts beside it show that they have decimals.
+/// * `of_year`: the year beside it, if there is one.
 ///
 /// # Errors
 ///
 /// Why it is none.
-pub(super) fn count(value: Option<&JsonValue>, have_decimals: bool) -> Result<f64, NoCount> {
+pub(super) fn count(
+    value: Option<&JsonValue>,
+    have_decimals: bool,
+    of_year: Option<&str>,
+) -> Result<f64, NoCount> {
+    if of_year.and_then(year).is_some_and(|year| year > THIS_YEAR) {
+        return Err(NoCount::Skipped("forecast of a year to come"));
+    }
     let number = match value {
         None | Some(JsonValue::Null) => return Err(NoCount::Skipped("missing count")),
         Some(JsonValue::Number(number)) => number.as_f64(),
@@ -184,6 +208,13 @@ mod tests {
         assert_eq!(chosen(&["AADT_TRUCK", "TOTAL_AADT"]).unwrap(), "TOTAL_AADT");
         assert_eq!(chosen(&["AADT_2023", "FUTURE_AADT_2045"]).unwrap(), "AADT_2023");
         assert!(chosen(&["AADT_SINGLE_UNIT", "AADT_COMBINATION"]).is_err());
+        assert_eq!(chosen(&["AADT_2023", "AADT_2045"]).unwrap(), "AADT_2023");
+        assert_eq!(chosen(&["AADT2045", "DOT_AADT"]).unwrap(), "DOT_AADT");
+        assert_eq!(
+            chosen(&["ROUTE", "AADT_2045"]).unwrap_err(),
+            "AADT_2045 looks like a forecast or like some of the vehicles; the names are ROUTE, AADT_2045; give that \
+             of the counts as `field`"
+        );
         assert_eq!(chosen(&["AADT_COMBINED"]).unwrap(), "AADT_COMBINED");
     }
 
@@ -222,7 +253,7 @@ mod tests {
 
     #[test]
     fn a_count_is_a_positive_number_also_as_text() {
-        let count = |value: Option<&JsonValue>| count(value, false);
+        let count = |value: Option<&JsonValue>| count(value, false, None);
         assert_eq!(count(Some(&json!(1200))), Ok(1200.0));
         assert_eq!(count(Some(&json!(12.345))), Ok(12.345));
         assert_eq!(count(Some(&json!(" 1200.5 "))), Ok(1200.5));

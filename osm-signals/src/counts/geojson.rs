@@ -6,8 +6,8 @@ use std::path::Path;
 use geojson::feature::Id;
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonValue, LineStringType};
 
-use super::counted::{Counted, Found, Shape};
-use super::field::{Name, NoCount, choose, count};
+use super::counted::{Counted, DIRECTION, Found, Shape, direction};
+use super::field::{Name, NoCount, YEAR, choose, count};
 use crate::error::{OsmError, brief};
 use crate::extract::Place;
 use crate::features::{self, check_crs, malformed};
@@ -49,7 +49,8 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
         let id = id(feature).unwrap_or_else(|| place.clone());
         let lines = lines(feature).map_err(|reason| malformed(path, &*place, reason))?;
         let value = feature.property(&field);
-        let skipped = match (lines, count(value, have_decimals)) {
+        let year = text_of(feature, &YEAR);
+        let skipped = match (lines, count(value, have_decimals, year.as_deref())) {
             (Err(reason), _) | (Ok(_), Err(NoCount::Skipped(reason))) => reason,
             (Ok(_), Err(NoCount::Refused(way_out))) => {
                 let text = value.map_or_else(String::new, |value| brief(&value.to_string()));
@@ -57,7 +58,9 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
                 return Err(malformed(path, &*place, reason));
             }
             (Ok(lines), Ok(aadt_veh_per_day)) => {
-                counted.push(Counted { id, aadt_veh_per_day, shape: Shape::Lines(lines) });
+                let direction = text_of(feature, &DIRECTION).and_then(|text| direction(&text));
+                let shape = Shape::Lines(lines);
+                counted.push(Counted { id, aadt_veh_per_day, direction, shape });
                 continue;
             }
         };
@@ -73,7 +76,7 @@ fn names(features: &[Feature]) -> Vec<Name<'_>> {
     let mut names: BTreeMap<&str, Option<&JsonValue>> = BTreeMap::new();
     for (name, value) in features.iter().flat_map(|f| f.properties.iter().flatten()) {
         let unusable = names.entry(name).or_insert(Some(value));
-        if !matches!(count(Some(value), false), Err(NoCount::Skipped(_))) {
+        if !matches!(count(Some(value), false, None), Err(NoCount::Skipped(_))) {
             *unusable = None;
         }
     }
@@ -81,19 +84,21 @@ fn names(features: &[Feature]) -> Vec<Name<'_>> {
 }
 
 fn id(feature: &Feature) -> Option<String> {
-    let of_property = || {
-        let properties = feature.properties.as_ref()?;
-        let find = |usual| properties.iter().find(|(name, _)| name.eq_ignore_ascii_case(usual));
-        match ID.into_iter().find_map(find)?.1 {
-            JsonValue::String(text) if !text.trim().is_empty() => Some(text.clone()),
-            JsonValue::Number(number) => Some(number.to_string()),
-            _ => None,
-        }
-    };
     match &feature.id {
         Some(Id::String(text)) => Some(text.clone()),
         Some(Id::Number(number)) => Some(number.to_string()),
-        None => of_property(),
+        None => text_of(feature, &ID),
+    }
+}
+
+/// Returns the text or number of the first of some usual properties that a feature has.
+fn text_of(feature: &Feature, usual: &[&str]) -> Option<String> {
+    let properties = feature.properties.as_ref()?;
+    let find = |usual: &&str| properties.iter().find(|(name, _)| name.eq_ignore_ascii_case(usual));
+    match usual.iter().find_map(find)?.1 {
+        JsonValue::String(text) if !text.trim().is_empty() => Some(text.clone()),
+        JsonValue::Number(number) => Some(number.to_string()),
+        _ => None,
     }
 }
 

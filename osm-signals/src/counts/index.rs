@@ -54,7 +54,7 @@ impl Index {
     pub(super) fn new(all: Vec<Counted>) -> Option<Self> {
         let mut counted = Vec::with_capacity(all.len());
         let (mut pieces, mut stations) = (Vec::new(), Vec::new());
-        for (i, Counted { id, aadt_veh_per_day, shape }) in all.into_iter().enumerate() {
+        for (i, Counted { id, aadt_veh_per_day, shape, .. }) in all.into_iter().enumerate() {
             counted.push((id, aadt_veh_per_day));
             match shape {
                 Shape::Lines(lines) => {
@@ -248,12 +248,13 @@ mod tests {
 
     fn line(id: &str, aadt_veh_per_day: f64, places: &[(f64, f64)]) -> Counted {
         let places = places.iter().copied().map(at).collect();
-        Counted { id: id.into(), aadt_veh_per_day, shape: Shape::Lines(vec![places]) }
+        let shape = Shape::Lines(vec![places]);
+        Counted { id: id.into(), aadt_veh_per_day, direction: None, shape }
     }
 
     fn station(id: &str, place: (f64, f64), axis: Option<f64>) -> Counted {
         let shape = Shape::Station(at(place), axis);
-        Counted { id: id.into(), aadt_veh_per_day: 900.0, shape }
+        Counted { id: id.into(), aadt_veh_per_day: 900.0, direction: None, shape }
     }
 
     fn found(counted: Vec<Counted>) -> Option<CountMatch> {
@@ -390,7 +391,7 @@ mod tests {
                 .map(|p| Place { longitude_e7: p.longitude_e7 + offset, ..*p })
                 .collect();
             let shape = Shape::Lines(vec![places]);
-            let counted = Counted { id: "a".into(), aadt_veh_per_day: 1.0, shape };
+            let counted = Counted { id: "a".into(), aadt_veh_per_day: 1.0, direction: None, shape };
             drop(Index::new(vec![counted]).unwrap().along(&street, 1, &CountSettings::default()));
         }
     }

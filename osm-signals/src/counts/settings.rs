@@ -9,7 +9,7 @@ use crate::range::{self, OutOfRange};
 #[serde(default, deny_unknown_fields)]
 pub struct CountSettings {
     /// Property or column with the count, vehicles per day; by default the one named AADT, that
-    /// of the latest year if there are several.
+    /// of the latest year if there are several. Years after that of this version are forecasts.
     pub field: Option<String>,
     /// Greatest distance of the street from the counted line or station, metres.
     pub match_m: f64,

@@ -154,15 +154,31 @@ fn of_different_counts_at_one_place_none_is_taken() {
     assert_eq!(
         read(text).unwrap_err(),
         "c: no usable count in AADT; skipped: different counts at one place, all left out; give one per \
-         place, of both directions together (2 times, first N1 (12300) and N2 (11300)); give lines or \
+         place, of both directions together (2 times, first N1 (12300, NB) and N2 (11300, SB)); give lines or \
          stations with a number of vehicles per day"
     );
     let counts = read(&format!("{text}E,40.75,-111.9,500,EB\n")).unwrap();
     assert_eq!((counts.len(), counts.along(&street(), 2)), (1, None));
+    let equal = "lat,lon,AADT,Direction\n40.703,-111.9,9000,EB\n40.703,-111.9,9000,WB\n";
+    assert!(read(equal).unwrap_err().contains("line 2 (9000, EB) and line 3 (9000, WB)"));
+    let ways = ["NB", "SB"].map(|way| feature(json!({ "AADT": 9000, "DIR": way }), line()));
+    assert!(read(&collection(&ways).to_string()).unwrap_err().contains("feature 1 (9000, NB) and"));
     let years = [9000, 15000].map(|n| feature(json!({ "AADT": n }), line()));
     assert!(read(&collection(&years).to_string()).unwrap_err().contains("feature 1 (9000) and"));
     let same = [9000, 9000].map(|n| feature(json!({ "AADT": n }), line()));
     assert_eq!(read(&collection(&same).to_string()).unwrap().len(), 1);
+}
+
+#[test]
+fn a_forecast_is_no_count() {
+    let counts =
+        read("lat,lon,AADT,Year\n40.703,-111.9,9000,2023\n40.703,-111.9,15000,2045\n").unwrap();
+    assert_eq!(counts.along(&street(), 2).unwrap().aadt_veh_per_day, 9000.0);
+    assert_eq!(counts.oddities().count("forecast of a year to come"), 1);
+    let lines = [(9000, 2023), (15000, 2045)];
+    let lines = lines.map(|(n, year)| feature(json!({ "AADT": n, "YEAR": year }), line()));
+    let counts = read(&collection(&lines).to_string()).unwrap();
+    assert_eq!(counts.along(&street(), 2).unwrap().aadt_veh_per_day, 9000.0);
 }
 
 #[test]

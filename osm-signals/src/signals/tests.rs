@@ -24,6 +24,25 @@ fn rows_without_an_id_column_are_numbered() {
 }
 
 #[test]
+fn the_number_of_a_signal_goes_before_the_id_of_its_row_and_the_choice_is_said() {
+    let both = list("ID,Signal ID,lat,lon\n1,1001,40,-111\n", "").unwrap();
+    assert_eq!(both.signals[0].id, "1001");
+    assert_eq!(
+        both.doubts,
+        [
+            "several columns could be the id (Signal ID, ID), and Signal ID is used; name another one as `id` in \
+             [signals] of the settings"
+        ]
+    );
+    let given = list("id,signal_id,lat,lon\n1,1001,40,-111\n", "id = \"id\"").unwrap();
+    assert_eq!((&*given.signals[0].id, given.doubts.len()), ("1", 0));
+    for (columns, id) in [("node,objectid", "7"), ("int,name", "7"), ("name,id", "8")] {
+        let one = list(&format!("{columns},lat,lon\n7,8,40,-111\n"), "").unwrap();
+        assert_eq!((&*one.signals[0].id, one.doubts.len()), (id, 0), "{columns}");
+    }
+}
+
+#[test]
 fn an_id_that_comes_twice_names_both_lines() {
     let reason = read("id,y,x\n7,40,-111\n8,41,-111\n7,40,-111\n").unwrap_err();
     assert_eq!(

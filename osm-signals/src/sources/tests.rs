@@ -158,8 +158,37 @@ fn a_workbook_is_a_list() {
 
 #[test]
 fn times_of_opendocument_are_read_as_clock_times() {
-    let text = |duration: &str| cell(&Data::DurationIso(duration.to_owned()));
+    let text = |duration: &str| cell(&Data::DurationIso(duration.to_owned()), false);
     assert_eq!(text("PT07H15M00S"), "07:15:00");
     assert_eq!(text("PT7H5M0.000S"), "07:05:00");
     assert_eq!(text("P1D"), "P1D");
+}
+
+#[test]
+fn midnight_has_its_time_in_a_column_of_times() {
+    let excel = |days, is_1904| {
+        Data::DateTime(ExcelDateTime::new(days, calamine::ExcelDateTimeType::DateTime, is_1904))
+    };
+    let iso = |text: &str| Data::DateTimeIso(text.to_owned());
+    let column = |cells: [Data; 2]| {
+        let mut range = Range::new((0, 0), (1, 0));
+        for (row, data) in (0..).zip(cells) {
+            range.set_value((row, 0), data);
+        }
+        texts(&range).concat()
+    };
+    let both = ["2026-11-05 00:00:00", "2026-11-05 07:15:00"];
+    assert_eq!(column([excel(46_331.0, false), excel(46_331.302_083_333_3, false)]), both);
+    assert_eq!(column([excel(44_869.0, true), excel(44_869.302_083_333_3, true)]), both);
+    assert_eq!(column([excel(0.0, false), excel(0.25, false)]), ["00:00:00", "06:00:00"]);
+    assert_eq!(
+        column([iso("2026-11-05"), iso("2026-11-05T07:15:00")]),
+        ["2026-11-05T00:00:00", "2026-11-05T07:15:00"]
+    );
+    // A column of dates, and of numbers with the form of a date.
+    assert_eq!(
+        column([excel(46_331.0, false), excel(46_332.0, false)]),
+        ["2026-11-05", "2026-11-06"]
+    );
+    assert_eq!(column([excel(0.0, false), excel(45.0, false)]), ["0", "45"]);
 }

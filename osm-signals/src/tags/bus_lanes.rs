@@ -4,6 +4,7 @@
 use super::direction::Direction;
 use super::lanes::LaneTags;
 use super::value::{Tags, tag};
+use crate::driving_side::DrivingSide;
 
 /// Tags with numbers of lanes for buses.
 const NUMBERS: [&str; 2] = ["lanes:bus", "lanes:psv"];
@@ -11,10 +12,24 @@ const NUMBERS: [&str; 2] = ["lanes:bus", "lanes:psv"];
 /// Values of `busway` that are a lane of the road in the direction of traffic.
 const LANE: &str = "lane";
 
+/// Returns whether tags may tell bus lanes by their side.
+pub(super) fn tell_sides(tags: &Tags<'_>) -> bool {
+    tags.iter().any(|(key, _)| key.starts_with("busway:"))
+}
+
 /// Leaves bus lanes out of the numbers of lanes, where something is left.
-pub(super) fn leave_out_bus_lanes(lanes: &mut LaneTags, tags: &Tags<'_>, direction: Direction) {
+///
+/// # Arguments
+///
+/// * `side`: which traffic keeps to; of a two-way street it tells which direction has the lanes on the left.
+pub(super) fn leave_out_bus_lanes(
+    lanes: &mut LaneTags,
+    tags: &Tags<'_>,
+    direction: Direction,
+    side: DrivingSide,
+) {
     let (forward, backward) = match direction {
-        Direction::Both => on_both(tags),
+        Direction::Both => on_both(tags, side),
         one_way => {
             let own = if one_way == Direction::Forward { ":forward" } else { ":backward" };
             let count = number(tags, own).or_else(|| number(tags, "")).unwrap_or_else(|| {
@@ -56,8 +71,8 @@ pub(super) fn leave_out_bus_lanes(lanes: &mut LaneTags, tags: &Tags<'_>, directi
     };
 }
 
-/// Returns the bus lanes of both directions of a two-way street, whose sides are told for right-hand traffic.
-fn on_both(tags: &Tags<'_>) -> (u8, u8) {
+/// Returns the bus lanes of both directions of a two-way street.
+fn on_both(tags: &Tags<'_>, side: DrivingSide) -> (u8, u8) {
     let (forward, backward) = (number(tags, ":forward"), number(tags, ":backward"));
     if forward.is_some() || backward.is_some() {
         return (forward.unwrap_or(0), backward.unwrap_or(0));
@@ -67,7 +82,8 @@ fn on_both(tags: &Tags<'_>) -> (u8, u8) {
         return (all / 2, all / 2);
     }
     let both = is_lane(tags, "") || is_lane(tags, ":both");
-    (u8::from(both || is_lane(tags, ":right")), u8::from(both || is_lane(tags, ":left")))
+    let (against, along) = side.swapped((":left", ":right"));
+    (u8::from(both || is_lane(tags, along)), u8::from(both || is_lane(tags, against)))
 }
 
 fn number(tags: &Tags<'_>, suffix: &str) -> Option<u8> {
@@ -85,7 +101,15 @@ mod tests {
     use crate::oddities::Oddities;
 
     fn left(tags: &Tags<'_>, direction: Direction) -> (Option<u8>, Option<u8>, Option<u8>) {
-        let lanes = open_lanes(1, tags, direction, &mut Oddities::default());
+        left_on(DrivingSide::Right, tags, direction)
+    }
+
+    fn left_on(
+        side: DrivingSide,
+        tags: &Tags<'_>,
+        direction: Direction,
+    ) -> (Option<u8>, Option<u8>, Option<u8>) {
+        let lanes = open_lanes(1, tags, direction, side, &mut Oddities::default());
         (lanes.total, lanes.forward, lanes.backward)
     }
 
@@ -112,6 +136,8 @@ mod tests {
         let right = [four, ("busway:right", "lane")];
         assert_eq!(left(&right, Direction::Both), (Some(3), Some(1), Some(2)));
         assert_eq!(left(&right, Direction::Forward), (Some(3), None, None));
+        let left_hand = left_on(DrivingSide::Left, &right, Direction::Both);
+        assert_eq!(left_hand, (Some(3), Some(2), Some(1)));
         assert_eq!(left(&[four, ("busway", "opposite_lane")], Direction::Forward).0, Some(4));
     }
 

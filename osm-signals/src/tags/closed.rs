@@ -5,6 +5,7 @@ use super::bus_lanes::leave_out_bus_lanes;
 use super::direction::Direction;
 use super::lanes::{LaneTags, MAX_LANES};
 use super::value::{Tags, tag};
+use crate::driving_side::DrivingSide;
 use crate::oddities::Oddities;
 
 /// Tags that say lane by lane whether buses may use it.
@@ -62,11 +63,12 @@ pub(super) fn open_lanes(
     way: i64,
     tags: &Tags<'_>,
     direction: Direction,
+    side: DrivingSide,
     oddities: &mut Oddities,
 ) -> LaneTags {
     let mut lanes = LaneTags::parse(way, tags, direction, oddities);
     if !leave_out_closed(&mut lanes, tags, direction) {
-        leave_out_bus_lanes(&mut lanes, tags, direction);
+        leave_out_bus_lanes(&mut lanes, tags, direction, side);
     }
     lanes
 }
@@ -124,7 +126,8 @@ mod tests {
     #[test]
     fn bus_lanes_that_are_counted_are_left_out_and_cycle_lanes_are_not_counted() {
         let numbers = |tags: &Tags<'_>| {
-            let lanes = open_lanes(1, tags, Direction::Both, &mut Oddities::default());
+            let lanes =
+                open_lanes(1, tags, Direction::Both, DrivingSide::Right, &mut Oddities::default());
             (lanes.total, lanes.forward, lanes.backward)
         };
         let closed = ("vehicle:lanes:forward", "yes|yes|no");

@@ -203,6 +203,7 @@ fn turn_lanes(text: &str, access: Option<Vec<&str>>) -> Option<Box<[TurnLane]>> 
 mod tests {
     use super::super::closed::open_lanes;
     use super::*;
+    use crate::driving_side::DrivingSide;
 
     fn lane_tags(tags: &Tags<'_>) -> (LaneTags, u64) {
         let mut oddities = Oddities::default();
@@ -248,7 +249,8 @@ mod tests {
     #[test]
     fn of_a_one_way_street_its_own_direction_counts() {
         let lanes = |tags: &Tags<'_>, direction: Direction| {
-            let lanes = open_lanes(1, tags, direction, &mut Oddities::default());
+            let lanes =
+                open_lanes(1, tags, direction, DrivingSide::Right, &mut Oddities::default());
             lanes.one_way(direction == Direction::Forward)
         };
         let against = [("lanes", "3"), ("lanes:forward", "2"), ("lanes:backward", "1")];

@@ -1,5 +1,6 @@
 //! What the tags of a drivable way say.
 
+use super::bus_lanes::tell_sides;
 use super::closed::open_lanes;
 use super::direction::{Direction, direction};
 use super::drivable::drivable;
@@ -21,6 +22,8 @@ pub struct Street {
     pub roundabout: bool,
     /// Numbers of lanes.
     pub lanes: LaneTags,
+    /// Numbers of lanes if traffic keeps to the other side, where they differ for a bus lane on one side.
+    pub lanes_mirrored: Option<Box<LaneTags>>,
     /// Turns that lanes are marked for; most ways have none.
     pub turns: Option<Box<TurnTags>>,
     /// Speed limits.
@@ -45,11 +48,18 @@ impl Street {
         let roundabout = matches!(tag(tags, "junction"), Some("roundabout" | "circular"));
         let name = tag(tags, "name").or_else(|| tag(tags, "ref")).filter(|n| !n.is_empty());
         let direction = direction(tags);
+        let lanes = open_lanes(way, tags, direction, DrivingSide::Right, oddities);
+        let left_hand = || {
+            // What is odd was counted.
+            let none = &mut Oddities::default();
+            Box::new(open_lanes(way, tags, direction, DrivingSide::Left, none))
+        };
         Some(Self {
             highway,
             direction,
             roundabout,
-            lanes: open_lanes(way, tags, direction, oddities),
+            lanes_mirrored: tell_sides(tags).then(left_hand).filter(|left| **left != lanes),
+            lanes,
             turns: TurnTags::parse(way, tags, oddities).map(Box::new),
             speed: SpeedTags::parse(way, tags, oddities),
             driving_side: match tag(tags, "driving_side") {

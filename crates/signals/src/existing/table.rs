@@ -21,7 +21,7 @@ use evaluation::family::columns::{Columns, at};
 use evaluation::family::error::FamilyError;
 use evaluation::family::names::title;
 use evaluation::settings::within;
-use osm_signals::Turn;
+use osm_signals::{DrivingSide, Turn};
 
 /// Columns that a table needs.
 pub const COLUMNS: [&str; 9] = [
@@ -341,8 +341,7 @@ impl Fields<'_> {
             );
         }
         let movements = names("movements", self.text("movements"))?;
-        let has_through =
-            movements.iter().any(|m| matches!(Heading::of_movement(m), Some((_, Turn::Through))));
+        let has_through = movements.iter().any(|m| matches!(movement(m), Some((_, Turn::Through))));
         Ok(PlanPhase {
             number,
             ring: self.place("ring")?,
@@ -363,13 +362,18 @@ impl Fields<'_> {
     }
 }
 
+/// Returns what a name of a movement says whatever the side that traffic keeps to: all but where U-turns lead.
+fn movement(name: &str) -> Option<(Heading, Turn)> {
+    Heading::of_movement(name, DrivingSide::default())
+}
+
 /// Returns the names of movements in a field.
 fn names(column: &str, text: &str) -> Result<Vec<String>, String> {
     let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     words
         .map(|word| {
             let name = word.to_uppercase();
-            match Heading::of_movement(&name) {
+            match movement(&name) {
                 Some(_) => Ok(name),
                 None => Err(format!(
                     "{column} = {text:?}: {word} is no movement; expected names such as NBT NBR, where NB is northbound \

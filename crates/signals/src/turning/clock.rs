@@ -12,14 +12,18 @@ const FIRST_SERIAL: f64 = 20_000.0;
 const BETWEEN: [&str; 7] = [" - ", " TO ", " AND ", " \u{2013} ", "\u{2013}", "-", "/"];
 
 /// What may follow a time without changing it: words, and the zone of universal time.
-const AFTER: [&str; 8] = [" HRS", "HRS", " HR", "HR", " H", "H", "Z", "+00:00"];
+const AFTER: [&str; 7] = [" HRS", "HRS", " HR", "HR", " H", "H", "Z"];
+
+/// What follows a time that is universal time.
+const UNIVERSAL: [&str; 6] = ["Z", "UTC", "GMT", "+00:00", "+0000", "+00"];
 
 /// Returns the day, as it is written, and the minute of the day at which an interval begins; `None` for what is no time,
 /// or has something before it that is no day.
 ///
 /// Understood are `07:15`, `0715`, `7:15 AM`, `7:15 a.m.`, `07:15:00`, `7.15`, the first of two times (`07:15 - 07:30`,
 /// `7:15 to 7:30`), a date or weekday before the time, and days with their fraction as spreadsheets keep them
-/// (`46331.302`). A date alone is no time, also with points (`5.11.2026`).
+/// (`46331.302`). A date alone is no time, also with points (`5.11.2026`). Of a time with an offset (`07:15-06:00`) the
+/// clock time stands, which is the local one unless the time [is universal](is_universal).
 pub fn begin(text: &str) -> Option<(String, u32)> {
     if let Some(serial) = serial(text) {
         return Some(serial);
@@ -33,9 +37,7 @@ pub fn begin(text: &str) -> Option<(String, u32)> {
         _ => upper,
     };
     let (first, second) = first_of_two(&upper);
-    let first =
-        AFTER.iter().find_map(|after| first.strip_suffix(after)).unwrap_or(first).trim_end();
-    let mut words: Vec<&str> = first.split_whitespace().collect();
+    let mut words: Vec<&str> = bare(first).split_whitespace().collect();
     let own = match words.last() {
         Some(&("AM" | "PM")) => words.pop(),
         _ => None,
@@ -47,6 +49,25 @@ pub fn begin(text: &str) -> Option<(String, u32)> {
     let minute = time(words.pop()?, half)?;
     let day = words.join(" ");
     (day.is_empty() || days::is_day(&day)).then_some((day, minute))
+}
+
+/// Returns whether a time says that it is universal time, and so not the local time.
+pub fn is_universal(text: &str) -> bool {
+    let upper = text.trim().to_uppercase();
+    let mut before = UNIVERSAL.iter().filter_map(|zone| upper.strip_suffix(zone));
+    before.any(|time| begin(time).is_some())
+}
+
+/// Returns a text without what may follow a time, such as a word or the offset of its zone.
+fn bare(text: &str) -> &str {
+    let text = AFTER.iter().find_map(|after| text.strip_suffix(after)).unwrap_or(text).trim_end();
+    let Some(at) = text.rfind(['+', '-']) else { return text };
+    let (time, offset) = text.split_at(at);
+    let digits = offset[1..].replace(':', "");
+    let is_offset = time.contains(':')
+        && matches!(digits.len(), 2 | 4)
+        && digits.chars().all(|c| c.is_ascii_digit());
+    if is_offset { time } else { text }
 }
 
 /// Returns the first of two times that stand in one field, and the second; a text with one time stays.
@@ -73,7 +94,7 @@ fn first_of_two(text: &str) -> (&str, Option<&str>) {
 
 /// Returns the minute of the day of a time that may end with the half of the day.
 fn time(text: &str, half: Option<&str>) -> Option<u32> {
-    let text = AFTER.iter().find_map(|after| text.strip_suffix(after)).unwrap_or(text).trim_end();
+    let text = bare(text);
     for (own, half) in [("AM", "AM"), ("PM", "PM"), ("A", "AM"), ("P", "PM")] {
         if let Some(digits) = text.strip_suffix(own) {
             return of_day(digits, Some(half));
@@ -178,6 +199,10 @@ mod tests {
             ("20261107 0715", "20261107", "07:15"),
             ("Tue 16:00", "TUE", "16:00"),
             ("2026-11-05T16:30:00Z", "2026-11-05", "16:30"),
+            ("2026-11-05T16:30:00-06:00", "2026-11-05", "16:30"),
+            ("2026-11-05T16:30:00+05:30", "2026-11-05", "16:30"),
+            ("2026-11-05 16:30:00-06", "2026-11-05", "16:30"),
+            ("07:00+01:00 - 07:15+01:00", "", "07:00"),
             ("1.04166666666667E-2", "", "00:15"),
             ("07:00-07:15", "", "07:00"),
             ("2026-11-05 16:30", "2026-11-05", "16:30"),
@@ -188,6 +213,23 @@ mod tests {
         ] {
             let (found, minute) = begin(text).unwrap_or_else(|| panic!("{text}"));
             assert_eq!((&*found, &*written(minute)), (day, time), "{text}");
+        }
+    }
+
+    #[test]
+    fn universal_time_is_told_from_local_time_with_an_offset() {
+        for text in [
+            "2026-11-05T16:30:00Z",
+            "16:30Z",
+            "16:30 UTC",
+            "2026-11-05 16:30:00+00",
+            "2026-11-05T16:30:00.000+00:00",
+            "16:30Z/16:45Z",
+        ] {
+            assert!(is_universal(text), "{text}");
+        }
+        for text in ["16:30", "2026-11-05T16:30:00-06:00", "16:30+01:00", "Plaza", "4:00 PM", ""] {
+            assert!(!is_universal(text), "{text}");
         }
     }
 

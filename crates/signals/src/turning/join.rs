@@ -16,7 +16,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use osm_signals::turn::exits;
+use osm_signals::turn::exits_on;
 use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
@@ -193,9 +193,9 @@ impl TurningCounts {
                         intersections.len()
                     )));
                 }
-                id => intersections.iter().position(|i| i.id == *id).or_else(|| {
-                    intersections.iter().position(|i| comparable(&i.id) == comparable(id))
-                }),
+                id => meant(id, intersections.iter().map(|i| i.id.as_str()))
+                    .map_err(wrong)?
+                    .and_then(|same| intersections.iter().position(|i| i.id == same)),
             };
             match found {
                 None => unknown.push(id.clone()),
@@ -227,6 +227,31 @@ impl TurningCounts {
     }
 }
 
+/// Returns which of some intersections a name means: the one that is called exactly so, else the only one whose name
+/// compares as the same; `None` if there is none.
+///
+/// # Errors
+///
+/// The intersections of which each may be meant, and the way out.
+pub(crate) fn meant<'a>(
+    name: &str,
+    ids: impl Iterator<Item = &'a str>,
+) -> Result<Option<&'a str>, String> {
+    let plain = comparable(name);
+    let mut alike: BTreeSet<&str> = ids.filter(|id| comparable(id) == plain).collect();
+    if let Some(exact) = alike.get(name) {
+        return Ok(Some(*exact));
+    }
+    if alike.len() > 1 {
+        let alike: Vec<&str> = alike.into_iter().collect();
+        return Err(format!(
+            "{name} may be intersection {}; call it exactly like one of them",
+            alike.join(" or ")
+        ));
+    }
+    Ok(alike.pop_first())
+}
+
 /// Returns a name as it is compared: without case, leading zeros, and what separates words.
 pub(crate) fn comparable(id: &str) -> String {
     let id = id.to_lowercase();
@@ -239,11 +264,6 @@ pub(crate) fn comparable(id: &str) -> String {
         })
         .collect();
     if plain.is_empty() { id } else { plain.join(" ") }
-}
-
-/// Returns which of [`TURNS`] crosses opposing traffic.
-fn turn_across(side: DrivingSide) -> usize {
-    if side.is_right() { 0 } else { 2 }
 }
 
 /// Returns when the busiest hours of a period are.
@@ -353,7 +373,7 @@ impl Said {
         for arm in arms.iter_mut().filter(|arm| arm.lanes_in > 0) {
             arm.counted = Some(Counted::default());
         }
-        let across = turn_across(side);
+        let across = Turn::across(side);
         for (heading, arm) in headings.iter().zip(&matched.arms) {
             let vehicles = |towards| hour.of(*heading, towards);
             let back = vehicles(Towards::UTurn);
@@ -368,13 +388,13 @@ impl Said {
             };
             let others = (0..arms.len()).filter(|i| *i != arm && arms[*i].lanes_out > 0);
             let ways: Vec<Turn> =
-                exits(arms[arm].bearing_deg, others.map(|i| (i, arms[i].bearing_deg)))
+                exits_on(side, arms[arm].bearing_deg, others.map(|i| (i, arms[i].bearing_deg)))
                     .into_iter()
                     .map(|(_, turn)| turn)
                     .collect();
             self.fit(&mut volumes, &ways, &at(*heading));
-            if back > 0.0 && ways.contains(&TURNS[across]) {
-                volumes[across] += back;
+            if back > 0.0 && ways.contains(&across) {
+                volumes[across as usize] += back;
                 self.u_turns.push(format!("{}: {back:.0} veh/h", at(*heading)));
             } else if back > 0.0 {
                 self.no_exit.push(format!("{} U-turn: {back:.0} veh/h", at(*heading)));
@@ -526,7 +546,7 @@ impl Said {
     }
 
     fn doubts(self, side: DrivingSide) -> Vec<Doubt> {
-        let u_turns = format!("U-turns count as {} turns", TURNS[turn_across(side)].name());
+        let u_turns = format!("U-turns count as {} turns", Turn::across(side).name());
         let too_many_walkers = format!(
             "more than {MOST_PEDESTRIANS_PER_H} pedestrians per hour cross an arm, and so many are simulated; give counts of \
              an hour, not of a day"

@@ -27,7 +27,7 @@ use header::{Heading, Holds, holds, may_be_movement};
 use hour::Interval;
 pub use hour::Period;
 pub use join::Joined;
-pub(crate) use join::{FEW_VEHICLES, comparable};
+pub(crate) use join::{FEW_VEHICLES, meant};
 pub(crate) use matching::matched_arms;
 
 /// Least columns of movements that make a line the one with the names of the columns.
@@ -307,6 +307,13 @@ impl Columns {
         let text = |wanted: Holds| self.find(wanted).map(|i| plain(line.text(i)));
         let (mut day, mut minute) = (text(Holds::Date).unwrap_or_default().to_owned(), None);
         let of_day = clock::begin(&day);
+        let timed = text(Holds::Time).unwrap_or(&day);
+        if clock::is_universal(timed) {
+            return Err(format!(
+                "time {timed:?} is universal time; write local time, such as 07:15 or 07:15-06:00, or remove the zone \
+                 if it is local time already"
+            ));
+        }
         if let Some(time) = text(Holds::Time) {
             let Some((own, begin)) = clock::begin(time) else {
                 // Words are titles and totals. So is what begins with a digit, such as 5th Avenue, and stands alone.

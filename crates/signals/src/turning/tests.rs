@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use osm_signals::DrivingSide;
 use osm_signals::sources::Source;
 
+use super::join::comparable;
 use super::*;
 use crate::family::approaches::{Arrivals, Counted, Intersection, read};
 
@@ -229,6 +230,18 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
     );
     let e = refused("Time,INTID,NBL,NBT,NBR\n7h15,7,1,2,3\n");
     assert_eq!(e, "c.csv, line 2: time \"7h15\" is not understood; write it like 07:15");
+    for (columns, time) in
+        [("Time", "2026-11-05T13:15:00Z"), ("Date,Time", "2026-11-05,13:15+00:00")]
+    {
+        let e = refused(&northbound(columns, &[(time, 100)]));
+        assert!(
+            e.contains("c.csv, line 2: time ") && e.contains("is universal time; write local"),
+            "{e}"
+        );
+    }
+    let local = ["2026-11-05T00:00:00Z,07:15", "2026-11-05,07:15-06:00"].map(|row| (row, 100));
+    counts(&northbound("Date,Time", &local[..1]));
+    counts(&northbound("Date,Time", &local[1..]));
     let e = refused("INTID,NBL,NBT,NBR,NBL\n7,1,2,3,4\n");
     assert!(e.contains("columns NBL and NBL count the same"), "{e}");
     let e = refused("INTID,NBL,NBT,NBR,NB Trucks\n7,1,2,3,4\n");
@@ -260,6 +273,12 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
     );
     let mut two = cross();
     two.extend(table(&[("8", &[(0.0, ""), (180.0, "")])]));
+    two.extend(table(&[("007", &[(0.0, ""), (180.0, "")])]));
+    let either = counts("INTID,NBL,NBT,NBR\n7,1,5,3\n07,1,5,3\n").into_approaches(&two, &[], RIGHT);
+    assert_eq!(
+        either.unwrap_err().to_string(),
+        "c.csv, line 3: 07 may be intersection 007 or 7; call it exactly like one of them"
+    );
     let nameless =
         counts("NBL,NBT,NBR\n1,5,3\n").into_approaches(&two, &[], RIGHT).unwrap_err().to_string();
     assert!(nameless.contains("add a column INTID"), "{nameless}");
@@ -439,6 +458,17 @@ fn u_turns_belong_to_the_turn_across_opposing_traffic() {
     assert_eq!(volumes(&joined)[2], Some([3.0, 60.0, 12.0]));
     let said = doubts(&joined);
     assert!(said.contains("U-turns count as right turns (intersection 7, NB: 2 veh/h)"), "{said}");
+}
+
+#[test]
+fn of_two_exits_ahead_that_are_as_close_the_network_s_goes_through() {
+    let fork = table(&[("7", &[(20.0, ""), (180.0, ""), (340.0, "")])]);
+    let counted = |row: &str, side| {
+        let counts = counts(&format!("INTID,NBL,NBT,NBR\n7,{row}\n"));
+        volumes(&counts.into_approaches(&fork, &[], side).unwrap())[1]
+    };
+    assert_eq!(counted("10,60,0", RIGHT), Some([10.0, 60.0, 0.0]));
+    assert_eq!(counted("0,60,10", DrivingSide::Left), Some([0.0, 60.0, 10.0]));
 }
 
 #[test]

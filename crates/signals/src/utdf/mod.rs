@@ -13,6 +13,7 @@ mod write;
 
 use std::path::Path;
 
+use osm_signals::DrivingSide;
 use sheet::uneven::{self, is_utdf};
 use sheet::{Fault, file};
 
@@ -34,6 +35,8 @@ pub struct Utdf {
     tables: Tables,
     /// The first file, for messages about the whole.
     file: String,
+    /// Side that traffic keeps to, which the format does not say.
+    side: DrivingSide,
 }
 
 impl Utdf {
@@ -114,15 +117,19 @@ impl Utdf {
 /// Reads the plans that signals have today: a table of phases, an additional file of SUMO, or UTDF, of which all but the
 /// plans is passed over. UTDF may have the plans alone, as reports write it.
 ///
+/// # Arguments
+///
+/// * `side` — which traffic of the scenario keeps to.
+///
 /// # Errors
 ///
 /// [`FamilyError::Csv`] with file and line: neither of the two, no plan that can be shown.
-pub fn read_plans(path: &Path) -> Result<(Plans, Vec<Doubt>), FamilyError> {
+pub fn read_plans(path: &Path, side: DrivingSide) -> Result<(Plans, Vec<Doubt>), FamilyError> {
     let file = path.display().to_string();
     let wrong = |message: String| at(&file, Fault { line: 1, message });
     let bytes = file::read(path, file::TABLE_BYTES).map_err(FileError::at("read", path))?;
     if is_utdf(&bytes) {
-        let mut network = Utdf::default();
+        let mut network = Utdf { side, ..Utdf::default() };
         network.add(&bytes, &file)?;
         if network.tables.is_plans_only() {
             let (plans, half_walk) = network.plans_alone()?;

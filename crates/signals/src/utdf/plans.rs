@@ -65,7 +65,7 @@ impl Utdf {
     /// [`FamilyError::Csv`] with file and line: a cell that is no number, a plan that cannot be simulated.
     pub(super) fn plans_alone(&self) -> Result<(Plans, Vec<String>), FamilyError> {
         let fail = |fault| at(&self.file, fault);
-        self.check_network().map_err(|message| fail(Fault { line: 1, message }))?;
+        self.check_network().map_err(fail)?;
         let mut half_walk = Vec::new();
         let mut plans = Plans { file: self.file.clone(), ..Plans::default() };
         for ((_, id), cells) in self.tables.phases.iter().filter(|((record, _), _)| record == "brp")
@@ -76,7 +76,9 @@ impl Utdf {
             });
             let columns = of_lanes.flat_map(|cells| cells.keys());
             let names: Names = columns
-                .filter_map(|column| Some((column.clone(), Heading::of_movement(column)?)))
+                .filter_map(|column| {
+                    Some((column.clone(), Heading::of_movement(column, self.side)?))
+                })
                 .collect();
             match self.plan(id, &names, &mut half_walk).map_err(fail)? {
                 None => {}
@@ -178,10 +180,8 @@ impl Utdf {
             );
             return Err(Fault::new(brp.line, message));
         };
-        let of_network = |name: &str, otherwise: f64| {
-            let said = self.tables.network.get(name).and_then(|text| text.parse().ok());
-            said.unwrap_or(otherwise)
-        };
+        let of_network =
+            |name: &str, otherwise: f64| self.tables.of_network(name).unwrap_or(otherwise);
         let yellow_s = value("yellow")?;
         let all_red_s = value("allred")?;
         let walk_s = value("walk")?.filter(|s| *s > 0.0);
@@ -255,7 +255,7 @@ impl Utdf {
         }
         // As engineers list them: left, through, right.
         for phase in &mut plan.phases {
-            let order = |name: &String| Heading::of_movement(name);
+            let order = |name: &String| Heading::of_movement(name, self.side);
             phase.movements.sort_by_key(order);
             phase.yielding.sort_by_key(order);
         }

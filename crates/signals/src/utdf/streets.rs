@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 use osm_signals::intersections::MAX_LANES;
-use osm_signals::turn::exits;
+use osm_signals::turn::exits_on;
 use sheet::Fault;
 
 use super::Utdf;
@@ -146,7 +146,7 @@ impl Utdf {
     ///
     /// [`FamilyError::Csv`] with file and line: a cell that is no number, a network without signals.
     pub fn intersections(&self) -> Result<Converted, FamilyError> {
-        self.check_network().map_err(|message| at(&self.file, Fault { line: 1, message }))?;
+        self.check_network().map_err(|fault| at(&self.file, fault))?;
         let mut said = Said::default();
         let mut rows = Vec::new();
         let mut plans = Plans { file: self.file.clone(), is_utdf: true, ..Plans::default() };
@@ -218,7 +218,11 @@ impl Utdf {
     }
 
     /// Checks the defaults of the network.
-    pub(super) fn check_network(&self) -> Result<(), String> {
+    ///
+    /// # Errors
+    ///
+    /// [`Fault`] at the line of one that is out of its range.
+    pub(super) fn check_network(&self) -> Result<(), Fault> {
         for (name, low, high) in [
             ("phf", MIN_PEAK_HOUR_FACTOR, 1.0),
             ("hv", 0.0, 1.0),
@@ -227,13 +231,14 @@ impl Utdf {
             ("yellowtime", 1.0, 10.0),
             ("allredtime", 0.0, 20.0),
         ] {
-            let Some(text) = self.tables.network.get(name).filter(|text| !text.is_empty()) else {
+            let Some(Cell { text, line }) = self.tables.network.get(name) else { continue };
+            if text.is_empty() {
                 continue;
-            };
+            }
             if !text.parse::<f64>().is_ok_and(|value| (low..=high).contains(&value)) {
-                return Err(format!(
-                    "[Network] {name} = {text:?}: expected a number from {low} to {high}"
-                ));
+                let message =
+                    format!("[Network] {name} = {text:?}: expected a number from {low} to {high}");
+                return Err(Fault { line: *line, message });
             }
         }
         Ok(())
@@ -305,7 +310,7 @@ impl Utdf {
             let ways = Ways {
                 own: ids[i],
                 ids: &ids,
-                exits: exits(bearings[i], others.map(|j| (j, bearings[j]))),
+                exits: exits_on(self.side, bearings[i], others.map(|j| (j, bearings[j]))),
             };
             // Lanes belong to where they lead, whatever their group is called.
             let lanes = |turn: Turn| {
@@ -518,13 +523,12 @@ impl Utdf {
         ]
         .map(|name| of(&self.tables.lanes, name));
         let unit_m = if self.tables.is_metric() { 1.0 } else { FOOT_M };
-        let default =
-            |name: &str| self.tables.network.get(name).and_then(|v| v.parse::<f64>().ok());
+        let default = |name: &str| self.tables.of_network(name);
         let columns: BTreeSet<&String> =
             lanes.keys().chain(volumes.keys()).chain(to.keys()).collect();
         let mut movements = Vec::new();
         for column in columns {
-            let Some((heading, turn)) = Heading::of_movement(column) else { continue };
+            let Some((heading, turn)) = Heading::of_movement(column, self.side) else { continue };
             let optional = |cells: &Cells, name: &str| {
                 cells.get(column).map(|cell| number(cell, name)).transpose()
             };

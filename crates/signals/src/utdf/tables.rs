@@ -32,7 +32,8 @@ pub(super) struct Node {
 /// All sections.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Tables {
-    pub(super) network: BTreeMap<String, String>,
+    /// By name, in lower case.
+    pub(super) network: BTreeMap<String, Cell>,
     pub(super) nodes: Vec<Node>,
     pub(super) links: Records,
     pub(super) lanes: Records,
@@ -124,7 +125,8 @@ impl Tables {
         };
         match section {
             Section::Network => {
-                self.network.insert(text("RECORDNAME").to_lowercase(), text("DATA").to_owned());
+                let cell = Cell { text: text("DATA").to_owned(), line: line.number };
+                self.network.insert(text("RECORDNAME").to_lowercase(), cell);
             }
             Section::Nodes | Section::Layout => {
                 let id = text("INTID").to_owned();
@@ -224,12 +226,17 @@ impl Tables {
 
     /// Returns whether the network says in which units its lengths and speeds are.
     pub(super) fn says_units(&self) -> bool {
-        self.network.get("metric").is_some_and(|value| !value.is_empty())
+        self.network.get("metric").is_some_and(|cell| !cell.text.is_empty())
     }
 
     /// Returns whether lengths and speeds are metric.
     pub(super) fn is_metric(&self) -> bool {
-        self.network.get("metric").is_some_and(|value| value.parse() == Ok(1.0))
+        self.of_network("metric") == Some(1.0)
+    }
+
+    /// Returns a number that holds for the whole network; `None` where none is said.
+    pub(super) fn of_network(&self, name: &str) -> Option<f64> {
+        self.network.get(name)?.text.parse().ok()
     }
 }
 

@@ -185,8 +185,10 @@ fn wrong_values_and_signals_with_nothing_to_decide_are_named() {
     assert!(e.contains("line 73: peds of NBL = -3: expected a number from 0 to 3600"), "{e}");
     let e = refused(&TWO.replace("[Lanes]", "[Lane]"));
     assert!(e.contains("no lanes ([Lanes] or LANES.CSV); export the network again"), "{e}");
-    assert!(refused(&TWO.replace("HV,0.02", "HV,2")).contains("[Network] hv = \"2\""));
-    assert!(refused(&TWO.replace("Metric,0", "Metric,Yes")).contains("[Network] metric"));
+    let e = refused(&TWO.replace("HV,0.02", "HV,2"));
+    assert!(e.starts_with("n.csv, line 10: [Network] hv = \"2\""), "{e}");
+    let e = refused(&TWO.replace("Metric,0", "Metric,Yes"));
+    assert!(e.starts_with("n.csv, line 5: [Network] metric"), "{e}");
     let two_links = TWO.replace("Up ID,2,21,,1,22", "Up ID,2,,,1,22");
     let said = said(&read(&two_links).intersections().unwrap());
     assert!(said.contains("left out (node 2 has fewer than three links)"), "{said}");
@@ -245,8 +247,8 @@ fn coordinates_that_are_no_numbers_are_refused_at_their_line() {
 #[test]
 fn change_intervals_of_the_network_are_checked() {
     let e = refused(&TWO.replace("yellowTime,3.5", "yellowTime,\"3,9\""));
-    let expected = "[Network] yellowtime = \"3,9\": expected a number from 1 to 10";
-    assert!(e.contains(expected), "{e}");
+    let expected = "n.csv, line 6: [Network] yellowtime = \"3,9\": expected a number from 1 to 10";
+    assert!(e.starts_with(expected), "{e}");
     let e = refused(&TWO.replace("allRedTime,1.0", "allRedTime,x"));
     assert!(e.contains("[Network] allredtime = \"x\": expected a number from 0 to 20"), "{e}");
 }
