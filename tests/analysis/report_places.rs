@@ -51,10 +51,9 @@ fn places() -> Places {
 
 fn program(kind: ProgramKind, own: bool, phases: &[(&str, f64, Option<f64>)]) -> SignalProgram {
     let phase = |(state, duration_s, max_s): &(&str, f64, Option<f64>)| ProgramPhase {
-        state: (*state).to_owned(),
-        duration_s: *duration_s,
         min_s: max_s.map(|_| *duration_s),
         max_s: *max_s,
+        ..ProgramPhase::fixed(*state, *duration_s)
     };
     SignalProgram { own, ..SignalProgram::new("c", kind, phases.iter().map(phase).collect()) }
 }

@@ -45,12 +45,25 @@ pub struct ProgramPhase {
     /// Longest duration, seconds; absent where it is fixed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_s: Option<f64>,
+    /// Walk, seconds; absent without a crosswalk whose walk and clearance fit into the shortest duration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walk_s: Option<u32>,
+    /// Pedestrian clearance, seconds; absent where the walk is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clearance_s: Option<u32>,
 }
 
 impl ProgramPhase {
     /// Returns a phase of fixed duration.
     pub fn fixed(state: impl Into<String>, duration_s: f64) -> Self {
-        Self { state: state.into(), duration_s, min_s: None, max_s: None }
+        Self {
+            state: state.into(),
+            duration_s,
+            min_s: None,
+            max_s: None,
+            walk_s: None,
+            clearance_s: None,
+        }
     }
 }
 

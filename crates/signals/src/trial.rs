@@ -14,6 +14,7 @@ use super::network::error::NetworkError;
 use super::program::{PHASES, ProgramKind, ProgramPhase, SignalProgram};
 use super::sim::{self, Sim, SimError};
 use super::street_results::{ByStreet, StreetResult};
+use super::timing::Timing;
 use basics::files::numbers::is_usable;
 use evaluation::run::domain::{Course, Policy, Trial};
 use evaluation::run::fault::TrialError;
@@ -100,6 +101,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
     /// What the signals ran: programs, or phases in two rings; nothing where a controller decides.
     fn programs(&self) -> Opaque {
         let programs = self.env.programs().unwrap_or_default();
+        let kept = |running: Running| kept(self.env.timing(&running.signal), running);
         let mut programs: Vec<SignalProgram> = programs.into_iter().map(kept).collect();
         let sheets = self.env.cabinet_sheets();
         // Within a common cycle, signals without rings have a fixed cycle that belongs to it.
@@ -344,7 +346,11 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
 }
 
 /// Returns a program as records keep it.
-fn kept(running: Running) -> SignalProgram {
+///
+/// # Arguments
+///
+/// * `timing` — what says how long pedestrians take; none where the signal is not known.
+fn kept(timing: Option<&Timing>, running: Running) -> SignalProgram {
     let kind = running.program.kind;
     let phase = |p: sim::ProgramPhase| {
         let varies =
@@ -352,7 +358,15 @@ fn kept(running: Running) -> SignalProgram {
         // JSON has no infinities.
         let bound = |s: f64| Some(s).filter(|s| varies && s.is_finite());
         let (min_s, max_s) = (bound(p.min_s), bound(p.max_s));
-        ProgramPhase { state: p.state, duration_s: p.duration_s, min_s, max_s }
+        let people = timing.and_then(|t| t.walk_within(&p.state, min_s.unwrap_or(p.duration_s)));
+        ProgramPhase {
+            state: p.state,
+            duration_s: p.duration_s,
+            min_s,
+            max_s,
+            walk_s: people.map(|[walk_s, _]| walk_s),
+            clearance_s: people.map(|[_, clearance_s]| clearance_s),
+        }
     };
     let phases = running.program.phases.into_iter().map(phase).collect();
     let Running { signal, own, offset_s, .. } = running;

@@ -74,10 +74,9 @@ mod tests {
 
     fn program(own: bool) -> SignalProgram {
         let phase = |state: &str, duration_s, max_s: Option<f64>| ProgramPhase {
-            state: state.into(),
-            duration_s,
             min_s: max_s.map(|_| duration_s),
             max_s,
+            ..ProgramPhase::fixed(state, duration_s)
         };
         let phases = vec![phase("Gr", 7.0, Some(50.0)), phase("yr", 3.0, None)];
         SignalProgram { own, ..SignalProgram::new("a&b", ProgramKind::Actuated, phases) }

@@ -13,6 +13,7 @@ use crate::sim::error::SimError;
 use crate::sim::{
     Program, ProgramKind, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo,
 };
+use crate::timing::Timing;
 use basics::units::SECONDS_PER_HOUR;
 
 use super::along::Along;
@@ -478,6 +479,12 @@ impl<S: Sim> SignalEnv<S> {
     /// Returns the programs of the signals that run one.
     pub fn programs_of_some(&self) -> impl Iterator<Item = Running> + '_ {
         self.programs.iter().flatten().cloned()
+    }
+
+    /// Returns what the times of a signal follow from.
+    pub fn timing(&self, signal: &str) -> Option<&Timing> {
+        let index = self.specs.iter().position(|spec| spec.id == signal)?;
+        Some(&self.signals[index].timing)
     }
 
     /// Returns the phases of the signals that run in two rings, in words, by signal.

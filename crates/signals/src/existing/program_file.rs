@@ -163,7 +163,7 @@ fn phase(tag: &BytesStart<'_>, program: &SignalProgram) -> Result<ProgramPhase, 
     let [min_s, max_s] = [number(tag, "minDur")?, number(tag, "maxDur")?];
     let shortest_s = min_s.filter(|_| is_actuated).unwrap_or(duration_s);
     let max_s = max_s.filter(|s| is_actuated && *s >= shortest_s);
-    Ok(ProgramPhase { state, duration_s: shortest_s, min_s: None, max_s })
+    Ok(ProgramPhase { max_s, ..ProgramPhase::fixed(state, shortest_s) })
 }
 
 #[cfg(test)]

@@ -27,15 +27,12 @@ pub struct Green {
     pub yellow_s: f64,
     /// All-red after it, seconds.
     pub all_red_s: f64,
+    /// Walk and clearance beside it, seconds.
+    pub walk_s: Option<[f64; 2]>,
 }
 
 /// Returns the plan of a signal that ran in two rings, by vehicles.
 pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
-    let people = |phase: &RingPhase| {
-        let both =
-            phase.walk_s.zip(phase.clearance_s).map(|(walk, clear)| [walk, clear].map(f64::from));
-        both.filter(|both| both.iter().all(|s| *s > 0.0))
-    };
     let phase = |p: &RingPhase| PlanPhase {
         number: p.number,
         ring: p.ring,
@@ -51,7 +48,7 @@ pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
         passage_s: p.passage_s.into(),
         yellow_s: p.yellow_s.into(),
         all_red_s: p.all_red_s.into(),
-        walk_s: people(p),
+        walk_s: p.walk_s.zip(p.clearance_s).and_then(|(walk, clear)| people(walk, clear)),
         recall: if p.recall { Recall::Min } else { Recall::None },
         dual_entry: p.number.is_multiple_of(2),
         // A force-off ends a phase that began early, not the length of its split.
@@ -77,6 +74,11 @@ pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
     let before_s = f64::from(end_s) - f64::from(begin_s);
     plan.offset_s = Some((signal.offset_s - before_s).rem_euclid(cycle_s));
     plan
+}
+
+/// Returns walk and clearance as plans have them: both or none.
+fn people(walk_s: u32, clearance_s: u32) -> Option<[f64; 2]> {
+    (walk_s > 0 && clearance_s > 0).then(|| [walk_s, clearance_s].map(f64::from))
 }
 
 /// Returns the stages of a program as phases of one ring; `None` for kinds that are no list of phases.
@@ -121,7 +123,7 @@ pub fn of_program(
                 passage_s: if is_fixed { 0.0 } else { SUMO_GAP_S },
                 yellow_s: green.yellow_s,
                 all_red_s: green.all_red_s,
-                walk_s: None,
+                walk_s: green.walk_s,
                 recall: if is_fixed { Recall::Max } else { Recall::Min },
                 dual_entry: true,
                 inhibit_max: false,
@@ -145,6 +147,7 @@ pub fn greens(program: &SignalProgram, with_changes: bool) -> Vec<Green> {
         max_s: p.max_s.filter(|_| program.kind == ProgramKind::Actuated),
         yellow_s: 0.0,
         all_red_s: 0.0,
+        walk_s: p.walk_s.zip(p.clearance_s).and_then(|(walk, clear)| people(walk, clear)),
     };
     if !with_changes {
         return phases.iter().map(green).collect();
@@ -235,7 +238,9 @@ mod tests {
 
     #[test]
     fn stages_of_a_program_are_phases_one_after_the_other() {
-        let program = program(&[("Gg", 20.0), ("yy", 4.0), ("rr", 1.0), ("rG", 10.0), ("ry", 3.0)]);
+        let mut program =
+            program(&[("Gg", 20.0), ("yy", 4.0), ("rr", 1.0), ("rG", 10.0), ("ry", 3.0)]);
+        (program.phases[0].walk_s, program.phases[0].clearance_s) = (Some(7), Some(12));
         let names = BTreeMap::from([(0, "NBT".to_owned()), (1, "NBL".to_owned())]);
         let plan = of_program(&program, &names).unwrap();
         let told: Vec<_> = (plan.phases.iter())
@@ -244,6 +249,7 @@ mod tests {
         let text = |s: &str| s.to_owned();
         assert_eq!(told, [(1, text("NBT"), text("NBL"), 25.0), (2, text("NBL"), text(""), 13.0)]);
         assert_eq!((plan.cycle_s, plan.check()), (Some(38.0), Ok(vec![])));
+        assert_eq!([0, 1].map(|p: usize| plan.phases[p].walk_s), [Some([7.0, 12.0]), None]);
     }
 
     #[test]

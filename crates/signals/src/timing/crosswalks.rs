@@ -64,6 +64,16 @@ impl Timing {
             && !self.is_left_only(shown)
     }
 
+    /// Returns walk and clearance that pedestrians need beside what is shown, seconds: of the crosswalks that take no longer
+    /// than that lasts, the one that takes longest; `None` without any.
+    pub fn walk_within(&self, shown: &str, lasts_s: f64) -> Option<[u32; 2]> {
+        let served =
+            (0..self.crossings()).filter(|crossing| self.serves_crossing(shown, *crossing));
+        let takes_s = served.map(|crossing| self.crossing_s(crossing));
+        let longest_s = takes_s.filter(|s| f64::from(*s) <= lasts_s).max()?;
+        Some([WALK_S, longest_s - WALK_S])
+    }
+
     /// Whether vehicles of an approach that turn like this are in the way of those who cross another one.
     fn is_in_the_way(&self, from: usize, turn: Turn, letter: char, crossed: usize) -> bool {
         if from == crossed {
@@ -223,6 +233,22 @@ mod tests {
         assert_eq!(served("GrrrrrGrrrrr"), [0; 0], "right turns that stay green");
         assert_eq!(served("rrrrrrGGgrrr"), [1, 3]);
         assert_eq!(served("rrryyyGGgrrr"), [0; 0], "before the east has red");
+    }
+
+    #[test]
+    fn a_phase_has_walk_and_clearance_where_they_fit_into_its_shortest_time() {
+        let timing = cross(&field());
+        assert_eq!(timing.walk_within(THROUGH, 19.0), Some([7, 12]));
+        assert_eq!(timing.walk_within(THROUGH, 18.0), None);
+        assert_eq!(timing.walk_within(LEFT, 60.0), None);
+        // One that takes longer waits for another phase.
+        let mut wide = cross(&field());
+        wide.approaches[1].width_m = 30.0;
+        assert_eq!(wide.crossing_s(1), 36);
+        assert_eq!(wide.walk_within(THROUGH, 35.0), Some([7, 12]));
+        assert_eq!(wide.walk_within(THROUGH, 36.0), Some([7, 29]));
+        let without = cross(&SignalSettings { pedestrians: false, ..field() });
+        assert_eq!(without.walk_within(THROUGH, 60.0), None);
     }
 
     #[test]
