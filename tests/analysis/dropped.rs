@@ -138,3 +138,35 @@ fn a_list_that_is_not_of_the_run_is_named_with_the_way_out() {
         assert_eq!(audit.damage.iter().map(|d| d.remedy).collect::<Vec<_>>(), [Remedy::Renew]);
     }
 }
+
+#[test]
+fn who_dropped_out_weighs_point_mdps_as_in_its_last_look() {
+    let mut manifest = growing(first_place());
+    let sample = &mut manifest.identity.sample;
+    // What is in every sample of eight, but not in every one of four, weighs more beside the others of the eight.
+    let weigh = |draws: &mut Vec<Draw>| {
+        let of = |i: usize| if i == 0 { 0.65 } else { 0.05 };
+        draws.iter_mut().enumerate().for_each(|(i, draw)| draw.weight = of(i));
+    };
+    weigh(&mut sample.draws);
+    sample.growth.iter_mut().for_each(|growth| weigh(&mut growth.looks[1].draws));
+    let dir = tempfile::tempdir().unwrap();
+    let layout = write_results(dir.path(), &manifest, |task| {
+        let is_done = task.method.as_str() != "ippo" || task.point.as_str() < "p4";
+        let rows = evaluations(&delays(task));
+        is_done.then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+    });
+    let ippo = Dropped { method: "ippo".into(), look: 1, behind: "idqn".into() };
+    write_dropped(&layout, &[ippo]).unwrap();
+    let data = reported(&layout);
+    let position = |name: &str| data.methods.iter().position(|m| m.method == name).unwrap();
+    let (ippo, fixed_time) = (position("ippo"), position("fixed-time"));
+    let pairs = &data.comparison.pairs;
+    let pair = pairs.iter().find(|p| (p.first, p.second) == (fixed_time, ippo)).unwrap();
+    // 300.5, 301, 301.5 and 302 s; fixed-time has 50 s, and the baseline 100.5 s.
+    let summary = &data.methods[ippo];
+    let near = |a: Option<f64>, b: f64| assert!((a.unwrap() - b).abs() < 1e-9, "{a:?} {b}");
+    near(summary.overall, 301.25 / 100.5);
+    near(summary.objective, 301.25);
+    near(Some(pair.ahead.value), 251.25 / 100.5);
+}
