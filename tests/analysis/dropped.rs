@@ -170,3 +170,23 @@ fn who_dropped_out_weighs_point_mdps_as_in_its_last_look() {
     near(summary.objective, 301.25);
     near(Some(pair.ahead.value), 251.25 / 100.5);
 }
+
+#[test]
+fn a_training_that_failed_may_be_what_decides() {
+    let behind = |fails: bool| -> Vec<String> {
+        let mut manifest = growing(first_place());
+        (manifest.identity.replicates, manifest.identity.replicated) = (2, vec!["ippo".into()]);
+        let dir = tempfile::tempdir().unwrap();
+        let layout = write_results(dir.path(), &manifest, |task| {
+            if fails && (task.point.as_str(), task.replicate) == ("p0", 1) {
+                return Some(Err("it failed"));
+            }
+            let rows = evaluations(&delays(task));
+            (task.point.as_str() < "p4").then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+        });
+        let standing = reported(&layout).standing().unwrap();
+        standing.behind.into_iter().map(|dropped| dropped.method).collect()
+    };
+    assert_eq!(behind(false), ["ippo"]);
+    assert!(behind(true).is_empty(), "the other training says nothing of the one that failed");
+}
