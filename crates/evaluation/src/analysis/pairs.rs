@@ -135,7 +135,8 @@ fn compared(
         // The same mean of differences, without drawing the seeds once more.
         Some((of_a, of_b)) if only_seeds(evidence, &shared, [a.index, b.index]) => {
             let differences: Vec<PointObjectives> = shared.iter().map(ahead).collect();
-            of_a.ahead(of_b, direction).stretched(stretch(&differences))
+            let stretch = stretch(&differences, evidence.identity.sample.alpha());
+            of_a.ahead(of_b, direction).stretched(stretch)
         }
         _ => mean(&ahead)?,
     };
