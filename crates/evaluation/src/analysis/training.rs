@@ -156,6 +156,10 @@ pub(super) fn learner<'a>(
     let scores: Vec<f64> = all().filter_map(|t| t.score).collect();
     let walls: Vec<f64> =
         all().filter(|t| t.outcome == Some(Outcome::Ok)).filter_map(|t| t.wall_s).collect();
+    // Of a training that ended before its first validation the last policy was evaluated.
+    let last_policy =
+        |t: &TrainingSummary| t.last_policy.or_else(|| t.score.filter(|_| t.policy_row.is_none()));
+    let validated = count(&|t| t.policy_row.is_some());
     let with_share = |i: usize| {
         let known = all().filter(|t| t.score.is_some()).map(|t| t.has_share(i));
         known.map(|has| has.map(usize::from)).sum()
@@ -167,9 +171,9 @@ pub(super) fn learner<'a>(
         failed: count(&|t| t.outcome == Some(Outcome::Failed)),
         diverged: count(&|t| t.diverged),
         episodes: all().map(|t| t.episodes).max().unwrap_or(0),
-        validated: count(&|t| t.policy_row.is_some()),
+        validated,
         replaced: count(&TrainingSummary::is_replaced),
-        last_policy: weighted(&|t| t.last_policy),
+        last_policy: if validated > 0 { weighted(&last_policy) } else { None },
         restarted: count(&|t| t.restarts.is_some_and(|n| n > 0)),
         dead: count(&|t| t.is_dead == Some(true)),
         best_episode: weighted(&|t| t.best_episode),
