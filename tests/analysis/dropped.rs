@@ -6,6 +6,9 @@ use std::fs;
 use std::path::Path;
 
 use crate::made_up::{evaluations, manifest, reported, words, write_results};
+use tsc_family::analysis::joined::{Known, Source};
+use tsc_family::analysis::leaderboard::leaderboard;
+use tsc_family::domains;
 use tsc_family::report::{self, text};
 use tsc_family::sample::{Draw, Growth, Look, Sampling, Until};
 use tsc_family::store::audit::{Audit, Remedy};
@@ -137,4 +140,80 @@ fn a_list_that_is_not_of_the_run_is_named_with_the_way_out() {
         let audit = Audit::of(&layout, Manifest::read(&layout).map(Into::into), |_| false).unwrap();
         assert_eq!(audit.damage.iter().map(|d| d.remedy).collect::<Vec<_>>(), [Remedy::Renew]);
     }
+}
+
+#[test]
+fn who_dropped_out_weighs_point_mdps_as_in_its_last_look() {
+    let mut manifest = growing(first_place());
+    let sample = &mut manifest.identity.sample;
+    // What is in every sample of eight, but not in every one of four, weighs more beside the others of the eight.
+    let weigh = |draws: &mut Vec<Draw>| {
+        let of = |i: usize| if i == 0 { 0.65 } else { 0.05 };
+        draws.iter_mut().enumerate().for_each(|(i, draw)| draw.weight = of(i));
+    };
+    weigh(&mut sample.draws);
+    sample.growth.iter_mut().for_each(|growth| weigh(&mut growth.looks[1].draws));
+    let dir = tempfile::tempdir().unwrap();
+    let layout = write_results(dir.path(), &manifest, |task| {
+        let is_done = task.method.as_str() != "ippo" || task.point.as_str() < "p4";
+        let rows = evaluations(&delays(task));
+        is_done.then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+    });
+    let ippo = Dropped { method: "ippo".into(), look: 1, behind: "idqn".into() };
+    write_dropped(&layout, &[ippo]).unwrap();
+    let data = reported(&layout);
+    let position = |name: &str| data.methods.iter().position(|m| m.method == name).unwrap();
+    let (ippo, fixed_time) = (position("ippo"), position("fixed-time"));
+    let pairs = &data.comparison.pairs;
+    let pair = pairs.iter().find(|p| (p.first, p.second) == (fixed_time, ippo)).unwrap();
+    // 300.5, 301, 301.5 and 302 s; fixed-time has 50 s, and the baseline 100.5 s.
+    let summary = &data.methods[ippo];
+    let near = |a: Option<f64>, b: f64| assert!((a.unwrap() - b).abs() < 1e-9, "{a:?} {b}");
+    near(summary.overall, 301.25 / 100.5);
+    near(summary.objective, 301.25);
+    near(Some(pair.ahead.value), 251.25 / 100.5);
+}
+
+#[test]
+fn a_training_that_failed_may_be_what_decides() {
+    let behind = |fails: bool| -> Vec<String> {
+        let mut manifest = growing(first_place());
+        (manifest.identity.replicates, manifest.identity.replicated) = (2, vec!["ippo".into()]);
+        let dir = tempfile::tempdir().unwrap();
+        let layout = write_results(dir.path(), &manifest, |task| {
+            if fails && (task.point.as_str(), task.replicate) == ("p0", 1) {
+                return Some(Err("it failed"));
+            }
+            let rows = evaluations(&delays(task));
+            (task.point.as_str() < "p4").then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+        });
+        let standing = reported(&layout).standing().unwrap();
+        standing.behind.into_iter().map(|dropped| dropped.method).collect()
+    };
+    assert_eq!(behind(false), ["ippo"]);
+    assert!(behind(true).is_empty(), "the other training says nothing of the one that failed");
+}
+
+#[test]
+fn who_failed_in_a_run_with_looks_has_no_place_on_the_leaderboard() {
+    let dir = tempfile::tempdir().unwrap();
+    let layout = write_results(dir.path(), &growing(first_place()), |task| {
+        if (task.method.as_str(), task.point.as_str()) == ("idqn", "p5") {
+            return Some(Err("it failed"));
+        }
+        let is_done = task.method.as_str() != "ippo" || task.point.as_str() < "p4";
+        let rows = evaluations(&delays(task));
+        is_done.then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+    });
+    let ippo = Dropped { method: "ippo".into(), look: 1, behind: "fixed-time".into() };
+    write_dropped(&layout, &[ippo]).unwrap();
+    let results = Results::load(&layout).unwrap();
+    let analysis = domains::analysis(&layout, &results).unwrap();
+    let source = Source { name: "run".into(), path: "run".into(), results };
+    let known = |_: &str| Known { methods: &[], episodes: &[] };
+    let tables = leaderboard(vec![(source, analysis)], &known);
+    let rows = &tables[0].rows;
+    let place = |method: &str| rows.iter().find(|row| row.method == method).unwrap().places;
+    assert!(place("fixed-time").is_some() && place("ippo").is_some(), "it dropped out");
+    assert_eq!(place("idqn"), None);
 }

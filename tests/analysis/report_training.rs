@@ -207,6 +207,22 @@ fn what_validation_chose_is_ranked_and_the_last_policy_stands_beside_it() {
 }
 
 #[test]
+fn a_training_without_validation_counts_among_last_policies_by_its_score() {
+    let dir = tempfile::tempdir().unwrap();
+    let layout =
+        crate::made_up::write_results(dir.path(), &manifest(&["baseline", "idqn"]), |task| {
+            Some(match (task.method.as_str(), task.point.as_str()) {
+                ("idqn", "busy") => validated(task, 0.5, 4.5, &[]),
+                ("idqn", _) => validated(task, 0.25, 0.25, &[("validation_episodes", 0.0)]),
+                _ => untrained(task, 1.0),
+            })
+        });
+    let data = data_of(&layout);
+    let idqn = &data.learners()[0];
+    assert_eq!((idqn.validated, idqn.last_policy), (1, Some(0.75 * 0.25 + 0.25 * 4.5)));
+}
+
+#[test]
 fn a_learner_that_only_diverged_is_still_in_the_table() {
     let dir = tempfile::tempdir().unwrap();
     let layout =

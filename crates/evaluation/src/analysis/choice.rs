@@ -1,13 +1,39 @@
 //! How point MDPs came to be in the sample: draws, probabilities, and where they lie.
 
 use std::borrow::Borrow;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use super::estimator::Chosen;
 use super::points::PointSummary;
 use crate::sample::kmeans::standardise;
-use crate::sample::{Design, Draw};
+use crate::sample::{Design, Draw, Look};
 use crate::store::manifest::Identity;
+
+/// Returns the first look that has all of some point MDPs; `None` where the sample does not grow. A method that dropped out has
+/// those of its last look, and a point MDP that is in every later sample is not in every sample of that look.
+pub(super) fn look_of<'a>(
+    identity: &'a Identity,
+    points: &[impl Borrow<PointSummary>],
+) -> Option<&'a Look> {
+    let ids: BTreeSet<&str> = points.iter().map(|p| p.borrow().row.point.as_str()).collect();
+    identity.sample.first_look_with(&ids).map(|(_, look)| look)
+}
+
+/// Returns the draws of [`look_of`] some point MDPs; those of the sample where it does not grow.
+fn draws_of<'a>(
+    identity: &'a Identity,
+    points: &[impl Borrow<PointSummary>],
+) -> HashMap<&'a str, &'a Draw> {
+    let draws = look_of(identity, points).map_or(&identity.sample.draws, |look| &look.draws);
+    draws.iter().map(|d| (d.point.as_str(), d)).collect()
+}
+
+/// Returns the weights of point MDPs, in their order, as those of the look that they are.
+pub(super) fn weights(identity: &Identity, points: &[impl Borrow<PointSummary>]) -> Vec<f64> {
+    let draws = draws_of(identity, points);
+    let weight = |id: &str| draws.get(id).map_or(0.0, |draw| draw.weight);
+    points.iter().map(|p| weight(p.borrow().row.point.as_str())).collect()
+}
 
 /// Returns how point MDPs came to be in the sample, in their order. They lie where the design has them; without one, by
 /// their features, standardised over them alone.
@@ -16,8 +42,7 @@ pub(super) fn choice(
     design: Option<&Design>,
     points: &[impl Borrow<PointSummary>],
 ) -> Vec<Chosen> {
-    let draws: HashMap<&str, &Draw> =
-        identity.sample.draws.iter().map(|d| (d.point.as_str(), d)).collect();
+    let draws = draws_of(identity, points);
     let rows: Option<HashMap<&str, usize>> = design.map(|design| {
         design.points.iter().enumerate().map(|(row, p)| (p.point.as_str(), row)).collect()
     });

@@ -239,7 +239,9 @@ fn table(
         for summary in &analysis.methods {
             let Some(score) = summary.overall else { continue };
             let has_looks = source.identity().sample.growth.is_some();
-            let has_place = summary.rank.is_some() || has_looks;
+            // Who dropped out has all that it was to have; who failed somewhere has not.
+            let dropped_out = source.results.dropped.iter().any(|d| d.method == summary.method);
+            let has_place = summary.rank.is_some() || (dropped_out && summary.failed == 0);
             let others = by_method.entry(summary.method.as_str()).or_default();
             let trained = source.identity().replicates_of(&summary.method);
             let has_it = |other: &usize| {

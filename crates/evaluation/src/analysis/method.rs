@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::choice::choice;
+use super::choice::{choice, look_of, weights};
 use super::episodes::EpisodeSummary;
 use super::estimator::{Chosen, Estimate, Estimator, Sample, estimator_of};
 use super::evidence::Evidence;
@@ -79,15 +79,18 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
     let finished: Vec<(&PointSummary, &PointResult)> =
         points.iter().filter_map(|p| Some((p, p.results[index].as_ref()?))).collect();
     let scored: Vec<_> = finished.iter().filter(|(_, r)| r.score.is_some()).copied().collect();
-    let (estimate, summaries) = estimate(evidence, index, &scored);
+    let counted: Vec<&PointSummary> = scored.iter().map(|(p, _)| *p).collect();
+    let weights = weights(identity, &counted);
+    let (estimate, summaries) = estimate(evidence, index, &scored, &weights);
+    let weighted = || weights.iter().copied().zip(&scored);
     let objective = assisted_objective(evidence, &summaries)
-        .or_else(|| weighted_mean(scored.iter().map(|(p, r)| (p.weight, r.objective))));
+        .or_else(|| weighted_mean(weighted().map(|(w, (_, r))| (w, r.objective))));
     let own_tasks = || tasks.iter().filter(|r| r.method == index);
     let worst = scored
         .iter()
         .filter_map(|(p, r)| Some((p.row.point.clone(), r.score?)))
         .max_by(|a, b| identity.direction.compare(a.1, b.1));
-    let weights = scored.iter().map(|(p, _)| (p.index, p.weight)).collect();
+    let weight_of = weighted().map(|(w, (p, _))| (p.index, w)).collect();
     let summary = MethodSummary {
         is_reference: Some(index) == reference.index,
         index,
@@ -98,11 +101,11 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         episodes: EpisodeSummary::of(
             episodes.of_method(index),
             episodes.shares,
-            &weights,
+            &weight_of,
             identity.direction,
         ),
         objective,
-        metrics: weighted_metrics(&scored),
+        metrics: weighted_metrics(&scored, &weights),
         worst,
         points: scored.len(),
         failed: own_tasks().filter(|r| r.outcome == Some(Outcome::Failed)).count(),
@@ -138,10 +141,14 @@ fn estimate(
     evidence: Evidence<'_>,
     index: usize,
     scored: &[(&PointSummary, &PointResult)],
+    weights: &[f64],
 ) -> (Option<Estimate>, Summaries) {
     let identity = evidence.identity;
+    let of = |((p, r), weight): (&(&PointSummary, &PointResult), &f64)| {
+        Some((p.regime, PointObjectives { weight: *weight, ..r.objectives.clone()? }))
+    };
     let (regime_of, objectives): (Vec<Option<usize>>, Vec<PointObjectives>) =
-        scored.iter().filter_map(|(p, r)| Some((p.regime, r.objectives.clone()?))).unzip();
+        scored.iter().zip(weights).filter_map(of).unzip();
     let regimes = evidence.measures.regimes(&identity.objective).len();
     let relative = !evidence.reference.is_none();
     let points: Vec<&PointSummary> = scored.iter().map(|(p, _)| *p).collect();
@@ -169,7 +176,7 @@ pub(super) fn paired<T>(
     };
     let sample = Sample {
         family_size: identity.sample.family_size,
-        chosen: identity.points.len(),
+        chosen: look_of(identity, points).map_or(identity.points.len(), |look| look.draws.len()),
         method: index as u64,
         name: &identity.methods[index],
         learned_once: evidence.learned_once[index],
@@ -183,11 +190,12 @@ pub(super) fn paired<T>(
 }
 
 /// Returns the weighted means of every metric that all point MDPs have.
-fn weighted_metrics(scored: &[(&PointSummary, &PointResult)]) -> Metrics {
+fn weighted_metrics(scored: &[(&PointSummary, &PointResult)], weights: &[f64]) -> Metrics {
     let Some((_, first)) = scored.first() else { return Metrics::new() };
     let mean = |name: &String| {
-        let values: Option<Vec<_>> =
-            scored.iter().map(|(p, r)| Some((p.weight, *r.metrics.get(name)?))).collect();
+        let values: Option<Vec<_>> = (scored.iter().zip(weights))
+            .map(|((_, r), weight)| Some((*weight, *r.metrics.get(name)?)))
+            .collect();
         Some((name.clone(), weighted_mean(values?)?))
     };
     first.metrics.keys().filter_map(mean).collect()

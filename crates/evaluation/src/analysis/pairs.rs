@@ -6,6 +6,7 @@
 
 use rayon::prelude::*;
 
+use super::choice::weights;
 use super::estimator::{Estimate, Estimator, Sample, estimator_of};
 use super::evidence::Evidence;
 use super::method::{MethodSummary, Summarised, paired};
@@ -117,8 +118,11 @@ fn compared(
         draws: x.draws,
     };
     let points: Vec<&PointSummary> = shared.iter().map(|on| on.0).collect();
+    let weights = weights(evidence.identity, &points);
     let mean = |of: &dyn Fn(&OnPoint<'_>) -> PointObjectives| {
-        let objectives: Vec<PointObjectives> = shared.iter().map(of).collect();
+        let objectives: Vec<PointObjectives> = (shared.iter().zip(&weights))
+            .map(|(on, weight)| PointObjectives { weight: *weight, ..of(on) })
+            .collect();
         let mean = paired(evidence, a.index, &points, |estimator, sample, rng| {
             // No method has such scores, which a model could know.
             let learned_once = [a, b].iter().any(|m| evidence.learned_once[m.index]);
@@ -131,7 +135,8 @@ fn compared(
         // The same mean of differences, without drawing the seeds once more.
         Some((of_a, of_b)) if only_seeds(evidence, &shared, [a.index, b.index]) => {
             let differences: Vec<PointObjectives> = shared.iter().map(ahead).collect();
-            of_a.ahead(of_b, direction).stretched(stretch(&differences))
+            let stretch = stretch(&differences, evidence.identity.sample.alpha());
+            of_a.ahead(of_b, direction).stretched(stretch)
         }
         _ => mean(&ahead)?,
     };

@@ -41,8 +41,11 @@ impl Analysis {
         let is_enough = match &growth.until {
             Until::HalfWidth(most) => {
                 let width = |(low, high): (f64, f64)| (high - low) / 2.0;
-                // Of a method that failed somewhere, what it lacks may decide.
-                let whole = |m: &MethodSummary| m.points == self.scorable();
+                // Of a method that failed somewhere, in one training or all, what it lacks may decide.
+                let partly = self.partly_replicated();
+                let whole = |m: &MethodSummary| {
+                    m.points == self.scorable() && !partly.contains(m.method.as_str())
+                };
                 let of = |m: &MethodSummary| {
                     (m.method.clone(), m.interval.filter(|_| whole(m)).map(width))
                 };
@@ -110,8 +113,10 @@ impl Analysis {
             named == [first, second] || named == [second, first]
         };
         let found = self.comparison.pairs.iter().find(of)?;
-        // Where one of them failed may be what decides.
-        let found = Some(found).filter(|p| p.points == self.scorable())?;
+        // Where one of them failed, in one training or all, may be what decides.
+        let partly = self.partly_replicated();
+        let is_whole = ![first, second].iter().any(|method| partly.contains(method));
+        let found = Some(found).filter(|p| is_whole && p.points == self.scorable())?;
         let is_first = name(found.first) == first;
         match found.decided() {
             Decided::First => Some(if is_first { first } else { second }),

@@ -7,6 +7,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use super::choice::weights;
 use super::episodes::EpisodeSummary;
 use super::evidence::Evidence;
 use super::method::MethodSummary;
@@ -15,7 +16,7 @@ use crate::stats::Direction;
 use crate::stats::quantile::median;
 use crate::stats::score::{mean, weighted_mean};
 use crate::store::figures::{DEAD, LAST_PREFIX, POLICY_ROW, RESTARTS, VALIDATION_EPISODES};
-use crate::store::manifest::Task;
+use crate::store::manifest::{Identity, Task};
 use crate::store::record::{Outcome, Record, Row};
 use crate::store::results::Results;
 
@@ -143,15 +144,22 @@ impl TrainingSummary {
 pub(super) fn learner<'a>(
     method: &'a MethodSummary,
     trainings: &[&TrainingSummary],
-    points: &[PointSummary],
+    (identity, points): (&Identity, &[PointSummary]),
     shares: usize,
     (direction, relative): (Direction, bool),
 ) -> LearnerSummary<'a> {
     let all = || trainings.iter().copied();
+    let weighted = |value: &dyn Fn(&TrainingSummary) -> Option<f64>| {
+        weighted_by_point(all(), (identity, points), value)
+    };
     let count = |f: &dyn Fn(&TrainingSummary) -> bool| all().filter(|t| f(t)).count();
     let scores: Vec<f64> = all().filter_map(|t| t.score).collect();
     let walls: Vec<f64> =
         all().filter(|t| t.outcome == Some(Outcome::Ok)).filter_map(|t| t.wall_s).collect();
+    // Of a training that ended before its first validation the last policy was evaluated.
+    let last_policy =
+        |t: &TrainingSummary| t.last_policy.or_else(|| t.score.filter(|_| t.policy_row.is_none()));
+    let validated = count(&|t| t.policy_row.is_some());
     let with_share = |i: usize| {
         let known = all().filter(|t| t.score.is_some()).map(|t| t.has_share(i));
         known.map(|has| has.map(usize::from)).sum()
@@ -163,13 +171,13 @@ pub(super) fn learner<'a>(
         failed: count(&|t| t.outcome == Some(Outcome::Failed)),
         diverged: count(&|t| t.diverged),
         episodes: all().map(|t| t.episodes).max().unwrap_or(0),
-        validated: count(&|t| t.policy_row.is_some()),
+        validated,
         replaced: count(&TrainingSummary::is_replaced),
-        last_policy: weighted(all(), points, |t| t.last_policy),
+        last_policy: if validated > 0 { weighted(&last_policy) } else { None },
         restarted: count(&|t| t.restarts.is_some_and(|n| n > 0)),
         dead: count(&|t| t.is_dead == Some(true)),
-        best_episode: weighted(all(), points, |t| t.best_episode),
-        last_episodes: weighted(all(), points, |t| t.last_episodes),
+        best_episode: weighted(&|t| t.best_episode),
+        last_episodes: weighted(&|t| t.last_episodes),
         worse: relative.then(|| count(&|t| t.score.is_some_and(|s| direction.is_worse(s, 1.0)))),
         with_share: (0..shares).map(with_share).collect(),
         median: median(&scores),
@@ -179,10 +187,10 @@ pub(super) fn learner<'a>(
 }
 
 /// Returns the mean over point MDPs, with their weights, of the mean over replicates.
-fn weighted<'a>(
+fn weighted_by_point<'a>(
     trainings: impl Iterator<Item = &'a TrainingSummary>,
-    points: &[PointSummary],
-    value: impl Fn(&TrainingSummary) -> Option<f64>,
+    (identity, points): (&Identity, &[PointSummary]),
+    value: &dyn Fn(&TrainingSummary) -> Option<f64>,
 ) -> Option<f64> {
     let mut by_point: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     for training in trainings {
@@ -190,9 +198,10 @@ fn weighted<'a>(
             by_point.entry(training.point).or_default().push(value);
         }
     }
-    weighted_mean(
-        by_point.iter().filter_map(|(p, values)| Some((points[*p].weight, mean(values)?))),
-    )
+    let of_values: Vec<&PointSummary> = by_point.keys().map(|p| &points[*p]).collect();
+    let weights = weights(identity, &of_values);
+    let weighted = weights.into_iter().zip(by_point.values());
+    weighted_mean(weighted.filter_map(|(weight, values)| Some((weight, mean(values)?))))
 }
 
 /// Returns the trainings, one per task of a learner.

@@ -188,7 +188,8 @@ impl Analysis {
             if !trainings.is_empty() {
                 let judged = (self.direction(), !self.reference.is_none());
                 let shares = self.shares.len();
-                learners.push(learner(method, &trainings, &self.points, shares, judged));
+                let weighed = (&self.manifest.identity, &self.points[..]);
+                learners.push(learner(method, &trainings, weighed, shares, judged));
             }
         }
         learners

@@ -23,16 +23,21 @@ use super::score::mean;
 const NORMAL_HALF: f64 = 1.959_963_984_540_054;
 
 /// Returns by which factor intervals of the mean score are wider than its resamples, at least 1.
-pub fn stretch(points: &[PointObjectives]) -> f64 {
-    degrees(points).map_or(1.0, of_degrees)
+///
+/// # Arguments
+///
+/// * `alpha` — share of such intervals that may miss what they are of; the less, the wider are Student's beside normal ones.
+pub fn stretch(points: &[PointObjectives], alpha: f64) -> f64 {
+    degrees(points).map_or(1.0, |degrees| of_degrees(degrees, alpha))
 }
 
 /// Returns the mean of values with its 95% interval by Student's t; an interval without width for one value, `None` without
 /// values.
 pub fn mean_interval(values: &[f64]) -> Option<(f64, f64, f64)> {
     let middle = mean(values)?;
-    let half = of_mean(values)
-        .map_or(0.0, |(variance, degrees)| NORMAL_HALF * variance.sqrt() * of_degrees(degrees));
+    let half = of_mean(values).map_or(0.0, |(variance, degrees)| {
+        NORMAL_HALF * variance.sqrt() * of_degrees(degrees, ALPHA)
+    });
     Some((middle, middle - half, middle + half))
 }
 
@@ -50,9 +55,9 @@ pub fn degrees(points: &[PointObjectives]) -> Option<f64> {
 }
 
 /// Returns Student's quantile divided by the normal one.
-fn of_degrees(degrees: f64) -> f64 {
+fn of_degrees(degrees: f64, alpha: f64) -> f64 {
     let quantiles = StudentsT::new(0.0, 1.0, degrees).ok().zip(Normal::new(0.0, 1.0).ok());
-    let at = 1.0 - ALPHA / 2.0;
+    let at = 1.0 - alpha / 2.0;
     let quotient = quantiles.map(|(t, normal)| t.inverse_cdf(at) / normal.inverse_cdf(at));
     quotient.filter(|q| q.is_finite()).map_or(1.0, |q| q.max(1.0))
 }
@@ -101,33 +106,40 @@ mod tests {
     #[test]
     fn of_one_point_mdp_it_is_student_s_quantile() {
         let five = point(0.3, &[&[4.0, 5.0, 6.0, 5.5, 4.2]], &[10.0; 5]);
-        assert!((stretch(&[five]) - 2.776_445 / 1.959_964).abs() < 1e-5);
+        assert!((stretch(&[five], ALPHA) - 2.776_445 / 1.959_964).abs() < 1e-5);
         let two = point(1.0, &[&[4.0, 5.0]], &[10.0; 2]);
-        assert!((stretch(&[two]) - 12.706_205 / 1.959_964).abs() < 1e-4);
+        assert!((stretch(&[two], ALPHA) - 12.706_205 / 1.959_964).abs() < 1e-4);
+    }
+
+    #[test]
+    fn intervals_that_may_miss_less_often_are_stretched_more() {
+        let five = [point(0.3, &[&[4.0, 5.0, 6.0, 5.5, 4.2]], &[10.0; 5])];
+        // Of four degrees of freedom, the quantiles at 1 - 0.025 / 2.
+        assert!((stretch(&five, 0.025) - 3.495_406 / 2.241_403).abs() < 1e-5);
     }
 
     #[test]
     fn many_equal_point_mdps_need_none_and_one_that_decides_all() {
         let one = point(1.0, &[&[4.0, 5.0, 6.0, 5.5, 4.2]], &[10.0; 5]);
         let many = vec![one.clone(); 500];
-        assert!((1.0..1.002).contains(&stretch(&many)), "{}", stretch(&many));
+        assert!((1.0..1.002).contains(&stretch(&many, ALPHA)), "{}", stretch(&many, ALPHA));
         let wild = point(1.0, &[&[4.0, 5.0, 600.0, 5.5, 4.2]], &[10.0; 5]);
-        let alone = stretch(std::slice::from_ref(&wild));
+        let alone = stretch(std::slice::from_ref(&wild), ALPHA);
         let beside: Vec<_> = many.into_iter().chain([wild]).collect();
-        assert!((stretch(&beside) / alone - 1.0).abs() < 0.01);
+        assert!((stretch(&beside, ALPHA) / alone - 1.0).abs() < 0.01);
     }
 
     #[test]
     fn without_noise_nothing_is_stretched() {
         let quiet = point(1.0, &[&[5.0, 10.0]], &[10.0, 20.0]);
-        assert_eq!(stretch(&[quiet]), 1.0);
-        assert_eq!(stretch(&[point(1.0, &[&[5.0]], &[10.0])]), 1.0);
-        assert_eq!(stretch(&[]), 1.0);
+        assert_eq!(stretch(&[quiet], ALPHA), 1.0);
+        assert_eq!(stretch(&[point(1.0, &[&[5.0]], &[10.0])], ALPHA), 1.0);
+        assert_eq!(stretch(&[], ALPHA), 1.0);
     }
 
     #[test]
     fn trainings_that_differ_more_than_seeds_count_by_their_number() {
         let trained = point(1.0, &[&[4.0, 4.1, 4.0], &[9.0, 9.1, 9.0]], &[10.0; 3]);
-        assert!((stretch(&[trained]) - 12.706_205 / 1.959_964).abs() < 0.01);
+        assert!((stretch(&[trained], ALPHA) - 12.706_205 / 1.959_964).abs() < 0.01);
     }
 }

@@ -280,7 +280,7 @@ pub(super) fn estimates(
     let count = (sample.method, sample.resamples);
     let all = bootstrap_all(scores, resampling, rng, count, statistics)?;
     // Of a sample, the choice of point MDPs makes most of the variance, and has its own degrees of freedom.
-    let stretch = if resampling.draws_points() { 1.0 } else { stretch(scores) };
+    let stretch = if resampling.draws_points() { 1.0 } else { stretch(scores, sample.alpha) };
     let spread = (sample.alpha, stretch);
     let (means, others) = (Estimate::of_mean, Estimate::of);
     let estimate =

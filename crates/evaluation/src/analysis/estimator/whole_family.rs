@@ -112,7 +112,7 @@ mod tests {
             Estimator::Whole.estimate(sample, objectives, &mut rng).unwrap()
         };
         let direct = of(&differences);
-        let apart = of(&x).ahead(&of(&y), Direction::Lower).stretched(stretch(&differences));
+        let apart = of(&x).ahead(&of(&y), Direction::Lower).stretched(stretch(&differences, 0.05));
         let ends = |e: &Estimate| {
             let (low, high) = e.interval.unwrap();
             [low, e.value, high]
