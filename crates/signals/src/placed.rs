@@ -29,7 +29,8 @@ use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 
 /// Arms between which no street goes straight on are opposite if their bearings are further apart than this, degrees: those
-/// of streets that cross at an angle of 60 degrees are not.
+/// of streets that cross at an angle of 60 degrees are not. Where one of the two arms has no way straight on, as in a Y, they
+/// are so from this angle on.
 const LEAST_OPPOSITE_DEG: f64 = 120.0;
 
 /// Most names that a message lists.
@@ -504,11 +505,14 @@ fn turns_across(
     let leads = |from: usize, to: usize| {
         all.iter().any(|m| (m.from, m.to, m.turn) == (from, to, Turn::Through))
     };
+    let goes_on = |from: usize| all.iter().any(|m| (m.from, m.turn) == (from, Turn::Through));
     let bearing_deg = |arm: usize| spec.arms[arm].bearing_deg;
     let apart_deg = turn_degrees(bearing_deg(own.from), bearing_deg(other.from)).abs();
-    let is_opposite = leads(own.from, other.from)
-        || leads(other.from, own.from)
-        || apart_deg > LEAST_OPPOSITE_DEG;
+    let is_wide = match goes_on(own.from) && goes_on(other.from) {
+        true => apart_deg > LEAST_OPPOSITE_DEG,
+        false => apart_deg >= LEAST_OPPOSITE_DEG,
+    };
+    let is_opposite = leads(own.from, other.from) || leads(other.from, own.from) || is_wide;
     own.turn == Turn::Left && is_opposite
 }
 
@@ -651,6 +655,24 @@ mod tests {
             let expected = format!("phase 4 has EBT and {name}, which cross");
             assert!(e.contains(&expected), "whoever yields to the street that crosses: {e}");
         }
+    }
+
+    #[test]
+    fn in_a_y_a_left_turn_yields_to_the_approach_that_comes_closest_to_opposite() {
+        let tried = |bearings_deg: &[f64], phases: [&str; 2]| {
+            let [first, second] = phases;
+            let phases = vec![phase(2, [1, 1, 1], first), phase(4, [2, 1, 1], second)];
+            let plan = ExistingPlan::new(Control::Actuated, phases);
+            placed(&scenario(bearings_deg, ""), &plans(plan)).unwrap().refused
+        };
+        let wye = [0.0, 120.0, 240.0];
+        assert_eq!(tried(&wye, ["NEL NER SBR sbl", "NWL NWR"]), []);
+        let e = tried(&wye, ["NEL NER SBR SBL", "NWL NWR"]).remove(0).1;
+        assert!(e.contains("phase 2 has NEL and SBL, which cross"), "{e}");
+        // Streets that cross at an angle of 60 degrees.
+        let streets = [0.0, 60.0, 180.0, 240.0];
+        let e = tried(&streets, ["NBT NBR swl", "SBL SBT SBR NEL NET NER SWT SWR NBL"]).remove(0).1;
+        assert!(e.contains("phase 2 has NBT and SWL, which cross"), "{e}");
     }
 
     #[test]
