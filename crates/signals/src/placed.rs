@@ -2,6 +2,8 @@
 //!
 //! - **Names** are directions of travel and turns, as on the ground. Where the names of all arms begin with a direction, as
 //!   those of UTDF do, that direction counts, else the compass.
+//! - **Several exits on one side**: `NBL` is all of them. Where the plan has `NBL2` too, as plans of methods have, `NBL` is the
+//!   first of their links and `NBL2` the others, as in results.
 //! - **Right turns without a phase** go with the through movement of their approach, and left turns from shared lanes yield
 //!   in its phases. This is said, unless the right turn shares a lane with it. Any other movement needs a phase.
 //! - **Movements that cross** are not green together, unless one is a left turn that yields to opposing traffic. Right turns
@@ -350,15 +352,46 @@ fn place(
         }
     }
     complete(&mut plan, &arms, &layout, &named, side, &mut notes)?;
-    no_crossing(&plan, spec, &layout, &named)?;
-    let names: BTreeSet<String> =
-        plan.phases.iter().flat_map(|p| p.all_movements().cloned()).collect();
-    for name in names {
-        let Some((arm, turn)) = named(&name) else { continue };
-        let own = layout.movements.iter().filter(|m| (m.from, m.turn) == (arm, turn));
-        plan.ways.insert(name, own.map(|m| (m.from_edge(), m.to_edge())).collect());
+    let ways = ways(&plan, spec, &layout, &named);
+    no_crossing(&plan, spec, &layout, &ways)?;
+    for (name, own) in ways {
+        plan.ways.insert(name, own.iter().map(|m| (m.from_edge(), m.to_edge())).collect());
     }
     Ok((plan, notes))
+}
+
+/// Returns which movements of the network every name of a plan is.
+fn ways(
+    plan: &ExistingPlan,
+    spec: &IntersectionSpec,
+    layout: &LaneLayout,
+    named: &dyn Fn(&str) -> Option<(usize, Turn)>,
+) -> BTreeMap<String, Vec<ArmMovement>> {
+    let links = link_order(spec, layout);
+    let first_link = |m: &ArmMovement| {
+        let own = layout.connections.iter().zip(&links).filter(|(c, _)| c.movement == *m);
+        own.map(|(_, link)| *link).min()
+    };
+    let names: BTreeSet<String> =
+        plan.phases.iter().flat_map(|p| p.all_movements().cloned()).collect();
+    let mut ways = BTreeMap::new();
+    for name in &names {
+        let Some(way) = named(name) else { continue };
+        let own = layout.movements.iter().filter(|m| (m.from, m.turn) == way);
+        let mut exits: Vec<ArmMovement> = own.copied().collect();
+        exits.sort_by_key(first_link);
+        if exits.len() > 1 {
+            match name.strip_suffix('2') {
+                Some(first) if names.contains(first) => {
+                    exits.remove(0);
+                }
+                None if names.contains(&format!("{name}2")) => exits.truncate(1),
+                _ => {}
+            }
+        }
+        ways.insert(name.clone(), exits);
+    }
+    ways
 }
 
 /// Returns the arms that vehicles with these directions come from, as positions in the network, and whether other ones may
@@ -454,11 +487,11 @@ fn no_crossing(
     plan: &ExistingPlan,
     spec: &IntersectionSpec,
     layout: &LaneLayout,
-    named: &dyn Fn(&str) -> Option<(usize, Turn)>,
+    ways: &BTreeMap<String, Vec<ArmMovement>>,
 ) -> Result<(), String> {
     let ways = |name: &str| -> Vec<&ArmMovement> {
-        let way = named(name).filter(|(_, turn)| *turn != Turn::Right);
-        layout.movements.iter().filter(|m| way == Some((m.from, m.turn))).collect()
+        let own = ways.get(name).into_iter().flatten();
+        own.filter(|m| m.turn != Turn::Right).collect()
     };
     for pair in plan.pairs() {
         let of = |p: usize| {
@@ -654,6 +687,35 @@ mod tests {
             let e = refused(&|p| p.phases[2].yielding.push(name.into()));
             let expected = format!("phase 4 has EBT and {name}, which cross");
             assert!(e.contains(&expected), "whoever yields to the street that crosses: {e}");
+        }
+    }
+
+    #[test]
+    fn several_exits_on_one_side_are_told_apart_where_the_plan_does() {
+        let tried = |names: [&str; 2]| {
+            let [first, second] = names;
+            let phases = vec![
+                phase(1, [1, 1, 1], first),
+                phase(2, [1, 1, 2], second),
+                phase(3, [1, 1, 3], "SBL SBT SBR"),
+                phase(4, [1, 1, 4], "WBL WBT WBR"),
+                phase(5, [1, 1, 5], "NEL NER"),
+            ];
+            let plan = ExistingPlan::new(Control::Actuated, phases);
+            placed(&scenario(&[0.0, 90.0, 180.0, 225.0, 270.0], ""), &plans(plan)).unwrap()
+        };
+        // From the south the west (arm 4) is the first left, the southwest (arm 3) the second one, which does not cross what
+        // comes from the west.
+        let apart = tried(["NBL NBT NBR", "EBL EBT EBR NBL2"]);
+        assert_eq!(apart.refused, []);
+        let way = |placed: &Placed, name: &str| placed.of_point["i0007"].ways[name].clone();
+        let to = |arm: u32| ("in2".to_owned(), format!("out{arm}"));
+        assert_eq!((way(&apart, "NBL"), way(&apart, "NBL2")), (vec![to(4)], vec![to(3)]));
+        let both = vec![to(3), to(4)];
+        for name in ["NBL", "NBL2"] {
+            let mut alone = way(&tried([format!("{name} NBT NBR").as_str(), "EBL EBT EBR"]), name);
+            alone.sort_unstable();
+            assert_eq!(alone, both);
         }
     }
 
