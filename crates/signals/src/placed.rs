@@ -237,10 +237,17 @@ fn of_states(
     let intersection = first(members);
     let layout = layout(spec).map_err(|e| e.to_string())?;
     let headings = headings(intersection, side).map_err(fail)?;
+    let movements = layout.connections.iter().map(|c| c.movement);
+    let mut links: Vec<(usize, ArmMovement)> =
+        link_order(spec, &layout).into_iter().zip(movements).collect();
+    links.sort_unstable();
     let mut names = BTreeMap::new();
-    for (connection, link) in layout.connections.iter().zip(link_order(spec, &layout)) {
-        let turn = on_side(connection.movement.turn, side).letter();
-        names.insert(link, format!("{}{turn}", headings[&connection.movement.from]));
+    for (link, movement) in &links {
+        let same = |m: &ArmMovement| (m.from, m.turn) == (movement.from, movement.turn);
+        let is_first = links.iter().find(|(_, m)| same(m)).is_none_or(|(_, m)| m == movement);
+        let turn = on_side(movement.turn, side).letter();
+        let second = if is_first { "" } else { "2" };
+        names.insert(*link, format!("{}{turn}{second}", headings[&movement.from]));
     }
     let letters = program.phases[0].state.len();
     if letters != names.len() {
@@ -843,6 +850,32 @@ mod tests {
         );
         assert_eq!(plan.ways["NBT"], [("in2".to_owned(), "out0".to_owned())]);
         assert_eq!(placed.given[0].intersection, "7");
+    }
+
+    #[test]
+    fn the_states_of_a_program_tell_several_exits_on_one_side_apart() {
+        // Five arms from north on, each with right turns, through and left turns; the second left turn from the south is
+        // green with the approach from the west.
+        let states = [
+            "rrrrrrrrGGGrrrrrrrrr", "rrrrrrrrrrrGrrrrGGGG", "GGGGrrrrrrrrrrrrrrrr",
+            "rrrrGGGGrrrrrrrrrrrr", "rrrrrrrrrrrrGGGGrrrr",
+        ];
+        let phase =
+            |state: &str, seconds: u32| format!("<phase duration='{seconds}' state='{state}'/>");
+        let phases: Vec<String> =
+            states.iter().map(|s| phase(s, 20) + &phase(&s.replace('G', "y"), 4)).collect();
+        let text = format!(
+            "<additional><tlLogic id='7' type='static' offset='0'>{}</tlLogic></additional>",
+            phases.concat()
+        );
+        let given = crate::existing::read(&text, "p.add.xml").unwrap();
+        let loaded = scenario(&[0.0, 90.0, 180.0, 225.0, 270.0], "");
+        let placed = placed(&loaded, &given).unwrap();
+        assert_eq!(placed.refused, []);
+        let plan = &placed.of_point["i0007"];
+        let told: Vec<String> = plan.phases.iter().map(|p| p.movements.join(" ")).collect();
+        assert_eq!(told[..2], ["NBL NBT NBR", "NBL2 EBL EBT EBR EBR2"]);
+        assert_eq!(plan.ways["NBL2"], [("in2".to_owned(), "out3".to_owned())]);
     }
 
     #[test]
