@@ -2,6 +2,8 @@
 //!
 //! - **Names** are directions of travel and turns, as on the ground. Where the names of all arms begin with a direction, as
 //!   those of UTDF do, that direction counts, else the compass.
+//! - **Several exits on one side**: `NBL` is all of them. Where the plan has `NBL2` too, as plans of methods have, `NBL` is the
+//!   first of their links and `NBL2` the others, as in results.
 //! - **Right turns without a phase** go with the through movement of their approach, and left turns from shared lanes yield
 //!   in its phases. This is said, unless the right turn shares a lane with it. Any other movement needs a phase.
 //! - **Movements that cross** are not green together, unless one is a left turn that yields to opposing traffic. Right turns
@@ -29,7 +31,8 @@ use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 
 /// Arms between which no street goes straight on are opposite if their bearings are further apart than this, degrees: those
-/// of streets that cross at an angle of 60 degrees are not.
+/// of streets that cross at an angle of 60 degrees are not. Where one of the two arms has no way straight on, as in a Y, they
+/// are so from this angle on.
 const LEAST_OPPOSITE_DEG: f64 = 120.0;
 
 /// Most names that a message lists.
@@ -234,10 +237,17 @@ fn of_states(
     let intersection = first(members);
     let layout = layout(spec).map_err(|e| e.to_string())?;
     let headings = headings(intersection, side).map_err(fail)?;
+    let movements = layout.connections.iter().map(|c| c.movement);
+    let mut links: Vec<(usize, ArmMovement)> =
+        link_order(spec, &layout).into_iter().zip(movements).collect();
+    links.sort_unstable();
     let mut names = BTreeMap::new();
-    for (connection, link) in layout.connections.iter().zip(link_order(spec, &layout)) {
-        let turn = on_side(connection.movement.turn, side).letter();
-        names.insert(link, format!("{}{turn}", headings[&connection.movement.from]));
+    for (link, movement) in &links {
+        let same = |m: &ArmMovement| (m.from, m.turn) == (movement.from, movement.turn);
+        let is_first = links.iter().find(|(_, m)| same(m)).is_none_or(|(_, m)| m == movement);
+        let turn = on_side(movement.turn, side).letter();
+        let second = if is_first { "" } else { "2" };
+        names.insert(*link, format!("{}{turn}{second}", headings[&movement.from]));
     }
     let letters = program.phases[0].state.len();
     if letters != names.len() {
@@ -349,15 +359,46 @@ fn place(
         }
     }
     complete(&mut plan, &arms, &layout, &named, side, &mut notes)?;
-    no_crossing(&plan, spec, &layout, &named)?;
-    let names: BTreeSet<String> =
-        plan.phases.iter().flat_map(|p| p.all_movements().cloned()).collect();
-    for name in names {
-        let Some((arm, turn)) = named(&name) else { continue };
-        let own = layout.movements.iter().filter(|m| (m.from, m.turn) == (arm, turn));
-        plan.ways.insert(name, own.map(|m| (m.from_edge(), m.to_edge())).collect());
+    let ways = ways(&plan, spec, &layout, &named);
+    no_crossing(&plan, spec, &layout, &ways)?;
+    for (name, own) in ways {
+        plan.ways.insert(name, own.iter().map(|m| (m.from_edge(), m.to_edge())).collect());
     }
     Ok((plan, notes))
+}
+
+/// Returns which movements of the network every name of a plan is.
+fn ways(
+    plan: &ExistingPlan,
+    spec: &IntersectionSpec,
+    layout: &LaneLayout,
+    named: &dyn Fn(&str) -> Option<(usize, Turn)>,
+) -> BTreeMap<String, Vec<ArmMovement>> {
+    let links = link_order(spec, layout);
+    let first_link = |m: &ArmMovement| {
+        let own = layout.connections.iter().zip(&links).filter(|(c, _)| c.movement == *m);
+        own.map(|(_, link)| *link).min()
+    };
+    let names: BTreeSet<String> =
+        plan.phases.iter().flat_map(|p| p.all_movements().cloned()).collect();
+    let mut ways = BTreeMap::new();
+    for name in &names {
+        let Some(way) = named(name) else { continue };
+        let own = layout.movements.iter().filter(|m| (m.from, m.turn) == way);
+        let mut exits: Vec<ArmMovement> = own.copied().collect();
+        exits.sort_by_key(first_link);
+        if exits.len() > 1 {
+            match name.strip_suffix('2') {
+                Some(first) if names.contains(first) => {
+                    exits.remove(0);
+                }
+                None if names.contains(&format!("{name}2")) => exits.truncate(1),
+                _ => {}
+            }
+        }
+        ways.insert(name.clone(), exits);
+    }
+    ways
 }
 
 /// Returns the arms that vehicles with these directions come from, as positions in the network, and whether other ones may
@@ -453,11 +494,11 @@ fn no_crossing(
     plan: &ExistingPlan,
     spec: &IntersectionSpec,
     layout: &LaneLayout,
-    named: &dyn Fn(&str) -> Option<(usize, Turn)>,
+    ways: &BTreeMap<String, Vec<ArmMovement>>,
 ) -> Result<(), String> {
     let ways = |name: &str| -> Vec<&ArmMovement> {
-        let way = named(name).filter(|(_, turn)| *turn != Turn::Right);
-        layout.movements.iter().filter(|m| way == Some((m.from, m.turn))).collect()
+        let own = ways.get(name).into_iter().flatten();
+        own.filter(|m| m.turn != Turn::Right).collect()
     };
     for pair in plan.pairs() {
         let of = |p: usize| {
@@ -504,11 +545,14 @@ fn turns_across(
     let leads = |from: usize, to: usize| {
         all.iter().any(|m| (m.from, m.to, m.turn) == (from, to, Turn::Through))
     };
+    let goes_on = |from: usize| all.iter().any(|m| (m.from, m.turn) == (from, Turn::Through));
     let bearing_deg = |arm: usize| spec.arms[arm].bearing_deg;
     let apart_deg = turn_degrees(bearing_deg(own.from), bearing_deg(other.from)).abs();
-    let is_opposite = leads(own.from, other.from)
-        || leads(other.from, own.from)
-        || apart_deg > LEAST_OPPOSITE_DEG;
+    let is_wide = match goes_on(own.from) && goes_on(other.from) {
+        true => apart_deg > LEAST_OPPOSITE_DEG,
+        false => apart_deg >= LEAST_OPPOSITE_DEG,
+    };
+    let is_opposite = leads(own.from, other.from) || leads(other.from, own.from) || is_wide;
     own.turn == Turn::Left && is_opposite
 }
 
@@ -654,6 +698,53 @@ mod tests {
     }
 
     #[test]
+    fn several_exits_on_one_side_are_told_apart_where_the_plan_does() {
+        let tried = |names: [&str; 2]| {
+            let [first, second] = names;
+            let phases = vec![
+                phase(1, [1, 1, 1], first),
+                phase(2, [1, 1, 2], second),
+                phase(3, [1, 1, 3], "SBL SBT SBR"),
+                phase(4, [1, 1, 4], "WBL WBT WBR"),
+                phase(5, [1, 1, 5], "NEL NER"),
+            ];
+            let plan = ExistingPlan::new(Control::Actuated, phases);
+            placed(&scenario(&[0.0, 90.0, 180.0, 225.0, 270.0], ""), &plans(plan)).unwrap()
+        };
+        // From the south the west (arm 4) is the first left, the southwest (arm 3) the second one, which does not cross what
+        // comes from the west.
+        let apart = tried(["NBL NBT NBR", "EBL EBT EBR NBL2"]);
+        assert_eq!(apart.refused, []);
+        let way = |placed: &Placed, name: &str| placed.of_point["i0007"].ways[name].clone();
+        let to = |arm: u32| ("in2".to_owned(), format!("out{arm}"));
+        assert_eq!((way(&apart, "NBL"), way(&apart, "NBL2")), (vec![to(4)], vec![to(3)]));
+        let both = vec![to(3), to(4)];
+        for name in ["NBL", "NBL2"] {
+            let mut alone = way(&tried([format!("{name} NBT NBR").as_str(), "EBL EBT EBR"]), name);
+            alone.sort_unstable();
+            assert_eq!(alone, both);
+        }
+    }
+
+    #[test]
+    fn in_a_y_a_left_turn_yields_to_the_approach_that_comes_closest_to_opposite() {
+        let tried = |bearings_deg: &[f64], phases: [&str; 2]| {
+            let [first, second] = phases;
+            let phases = vec![phase(2, [1, 1, 1], first), phase(4, [2, 1, 1], second)];
+            let plan = ExistingPlan::new(Control::Actuated, phases);
+            placed(&scenario(bearings_deg, ""), &plans(plan)).unwrap().refused
+        };
+        let wye = [0.0, 120.0, 240.0];
+        assert_eq!(tried(&wye, ["NEL NER SBR sbl", "NWL NWR"]), []);
+        let e = tried(&wye, ["NEL NER SBR SBL", "NWL NWR"]).remove(0).1;
+        assert!(e.contains("phase 2 has NEL and SBL, which cross"), "{e}");
+        // Streets that cross at an angle of 60 degrees.
+        let streets = [0.0, 60.0, 180.0, 240.0];
+        let e = tried(&streets, ["NBT NBR swl", "SBL SBT SBR NEL NET NER SWT SWR NBL"]).remove(0).1;
+        assert!(e.contains("phase 2 has NBT and SWL, which cross"), "{e}");
+    }
+
+    #[test]
     fn plans_of_other_intersections_and_two_of_one_are_said() {
         let loaded = scenario(&CROSS, "");
         let mut other = plans(plan(Control::Pretimed));
@@ -759,6 +850,32 @@ mod tests {
         );
         assert_eq!(plan.ways["NBT"], [("in2".to_owned(), "out0".to_owned())]);
         assert_eq!(placed.given[0].intersection, "7");
+    }
+
+    #[test]
+    fn the_states_of_a_program_tell_several_exits_on_one_side_apart() {
+        // Five arms from north on, each with right turns, through and left turns; the second left turn from the south is
+        // green with the approach from the west.
+        let states = [
+            "rrrrrrrrGGGrrrrrrrrr", "rrrrrrrrrrrGrrrrGGGG", "GGGGrrrrrrrrrrrrrrrr",
+            "rrrrGGGGrrrrrrrrrrrr", "rrrrrrrrrrrrGGGGrrrr",
+        ];
+        let phase =
+            |state: &str, seconds: u32| format!("<phase duration='{seconds}' state='{state}'/>");
+        let phases: Vec<String> =
+            states.iter().map(|s| phase(s, 20) + &phase(&s.replace('G', "y"), 4)).collect();
+        let text = format!(
+            "<additional><tlLogic id='7' type='static' offset='0'>{}</tlLogic></additional>",
+            phases.concat()
+        );
+        let given = crate::existing::read(&text, "p.add.xml").unwrap();
+        let loaded = scenario(&[0.0, 90.0, 180.0, 225.0, 270.0], "");
+        let placed = placed(&loaded, &given).unwrap();
+        assert_eq!(placed.refused, []);
+        let plan = &placed.of_point["i0007"];
+        let told: Vec<String> = plan.phases.iter().map(|p| p.movements.join(" ")).collect();
+        assert_eq!(told[..2], ["NBL NBT NBR", "NBL2 EBL EBT EBR EBR2"]);
+        assert_eq!(plan.ways["NBL2"], [("in2".to_owned(), "out3".to_owned())]);
     }
 
     #[test]

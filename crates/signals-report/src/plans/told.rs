@@ -113,13 +113,60 @@ fn with_names_of_the_network(seen: Seen<'_>, point: usize, mut plan: ExistingPla
     if !plan.ways.is_empty() {
         return plan;
     }
-    let renamed = renamed(seen, point);
-    for phase in &mut plan.phases {
-        for name in phase.movements.iter_mut().chain(&mut phase.yielding) {
-            if let Some(other) = renamed.get(name.as_str()) {
-                *name = (*other).clone();
-            }
-        }
-    }
+    rename(&mut plan, &renamed(seen, point));
     plan
+}
+
+/// Calls movements of a plan otherwise; several may get one name.
+fn rename(plan: &mut ExistingPlan, renamed: &BTreeMap<String, String>) {
+    for phase in &mut plan.phases {
+        for names in [&mut phase.movements, &mut phase.yielding] {
+            let mut of_network: Vec<String> = Vec::new();
+            for name in names.iter() {
+                let name = renamed.get(name).unwrap_or(name);
+                if !of_network.contains(name) {
+                    of_network.push(name.clone());
+                }
+            }
+            *names = of_network;
+        }
+        let protected = &phase.movements;
+        phase.yielding.retain(|name| !protected.contains(name));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use signals::existing::{Control, PlanPhase, Recall};
+
+    use super::*;
+
+    #[test]
+    fn movements_that_get_one_name_are_there_once() {
+        let names = |all: &[&str]| all.iter().map(|name| (*name).to_owned()).collect();
+        let phase = PlanPhase {
+            number: 2,
+            ring: 1,
+            barrier: 1,
+            position: 1,
+            movements: names(&["NBL", "NBT"]),
+            yielding: names(&["NBL2", "NBR"]),
+            min_green_s: 5.0,
+            max_green_s: 20.0,
+            passage_s: 3.0,
+            yellow_s: 4.0,
+            all_red_s: 1.0,
+            walk_s: None,
+            recall: Recall::None,
+            dual_entry: true,
+            inhibit_max: false,
+        };
+        let other = PlanPhase { movements: names(&["NBL", "NBL2"]), ..phase.clone() };
+        let mut plan = ExistingPlan::new(Control::Actuated, vec![phase, other]);
+        let renamed = BTreeMap::from([("NBL2".to_owned(), "NBL".to_owned())]);
+        rename(&mut plan, &renamed);
+        assert_eq!(plan.phases[0].movements, ["NBL", "NBT"]);
+        assert_eq!(plan.phases[0].yielding, ["NBR"]);
+        assert_eq!(plan.phases[1].movements, ["NBL"]);
+    }
 }

@@ -158,6 +158,12 @@ impl Utdf {
         if let Err(reason) = self.give_movements(id, names, &mut plan)? {
             return Ok(Some(Err(reason)));
         }
+        // Where the file has no such record, it is as in tables.
+        if record("dualentry").is_empty() {
+            for phase in &mut plan.phases {
+                phase.dual_entry = phase.movements.iter().any(|name| name.ends_with('T'));
+            }
+        }
         Ok(Some(plan.check().map(|_| plan)))
     }
 

@@ -294,6 +294,17 @@ fn phases_and_times_become_existing_plans() {
 }
 
 #[test]
+fn without_a_record_of_dual_entry_phases_with_a_through_movement_have_it() {
+    let is_other = |line: &&str| !line.starts_with("DualEntry,1,");
+    let text: String = TWO.lines().filter(is_other).map(|line| format!("{line}\n")).collect();
+    let of = |text: &str| -> Vec<bool> {
+        plans(text)[0].plan.phases.iter().map(|p| p.dual_entry).collect()
+    };
+    assert_eq!(of(&text), of(TWO));
+    assert!(of(&text).contains(&true));
+}
+
+#[test]
 fn a_plan_follows_the_movements_and_not_their_names() {
     let text = TWO
         .replace("13,1,-1500,0,0", "13,1,-500,1200,0")
