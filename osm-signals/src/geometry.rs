@@ -47,7 +47,7 @@ impl LocalMetric {
 }
 
 /// Returns a longitude as it continues from another one by the shorter way, which may pass 180 degrees.
-fn continued(from_deg: f64, to_deg: f64) -> f64 {
+pub(crate) fn continued(from_deg: f64, to_deg: f64) -> f64 {
     match to_deg - from_deg {
         east if east > HALF_CIRCLE_DEG => to_deg - 2.0 * HALF_CIRCLE_DEG,
         east if east < -HALF_CIRCLE_DEG => to_deg + 2.0 * HALF_CIRCLE_DEG,

@@ -26,11 +26,13 @@ use super::wkt;
 
 /// Usual names of the column with the id, the best one first: counts and plans refer to the number of a signal or
 /// intersection, and `id` may be that of a row in a database.
-const ID: [&str; 24] = [
-    "signal_id", "signalid", "signal_number", "signal_no", "sig_id", "sig_no", "intersection_id",
-    "intersectionid", "int_id", "intid", "int", "node_id", "nodeid", "node", "site_id",
-    "location_id", "asset_id", "assetid", "facilityid", "id", "signal", "name", "objectid",
-    "object_id",
+const ID: [&str; 38] = [
+    "signal_id", "signalid", "signal_number", "signalnumber", "signal_num", "signalnum",
+    "signal_no", "signalno", "signal_no.", "signal_#", "sig_id", "sigid", "sig_number", "sig_num",
+    "sig_no", "traffic_signal_id", "intersection_id", "intersectionid", "intersection_number",
+    "intersection_no", "int_id", "intid", "int_num", "int_no", "int", "node_id", "nodeid", "node",
+    "site_id", "location_id", "asset_id", "assetid", "facilityid", "id", "signal", "name",
+    "objectid", "object_id",
 ];
 
 /// Those of them that are no number of a signal where a list has another column with an id.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-use calamine::{Data, ExcelDateTime, Ods, Range, Reader, Xls, Xlsb, Xlsx};
+use calamine::{Data, ExcelDateTime, ExcelDateTimeType, Ods, Range, Reader, Xls, Xlsb, Xlsx};
 use geojson::{FeatureCollection, GeometryValue, JsonObject, JsonValue, Position};
 use shapefile::{Shape, ShapeReader, dbase};
 use zip::ZipArchive;
@@ -29,6 +29,9 @@ const LISTS: [&str; 9] = ["csv", "tsv", "txt", "geojson", "json", "xlsx", "xls",
 
 /// Days after 1899-12-30 from which on a cell with the form of a date is one of our time, and no other number.
 const FIRST_DAY: f64 = 20_000.0;
+
+/// Seconds of a day.
+const DAY_S: f64 = 86_400.0;
 
 /// What a list has to be.
 const EXPECTED: &str =
@@ -209,7 +212,7 @@ fn cell(data: &Data, timed: bool) -> String {
 
 /// Returns a date, a time of day or both; a number that is neither stays one.
 fn date_time(at: &ExcelDateTime, timed: bool) -> String {
-    let (year, month, day, hour, minute, second, _) = at.to_ymd_hms_milli();
+    let (year, month, day, hour, minute, second, _) = to_second(at).to_ymd_hms_milli();
     let date = format!("{year}-{month:02}-{day:02}");
     let time = format!("{hour:02}:{minute:02}:{second:02}");
     match at.as_f64() {
@@ -218,6 +221,14 @@ fn date_time(at: &ExcelDateTime, timed: bool) -> String {
         days if (0.0..1.0).contains(&days) && timed => time,
         days => days.to_string(),
     }
+}
+
+/// Returns a time rounded to its second: days with few decimals, such as 46330.0208333, are a little before theirs.
+fn to_second(at: &ExcelDateTime) -> ExcelDateTime {
+    let of = |days: f64, is_1904| ExcelDateTime::new(days, ExcelDateTimeType::DateTime, is_1904);
+    let days = at.as_f64();
+    let is_1904 = of(days, true).to_ymd_hms_milli() == at.to_ymd_hms_milli();
+    of((days * DAY_S).round() / DAY_S, is_1904)
 }
 
 /// Returns a time of day as `07:15:00`, which OpenDocument has as the duration `PT07H15M00S` since midnight.

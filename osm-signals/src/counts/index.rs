@@ -14,11 +14,14 @@ use super::counted::{CountMatch, Counted, Shape};
 use super::samples::{FIRST_M, Plane, Sample, Street, axis_deg};
 use super::settings::CountSettings;
 use crate::extract::Place;
-use crate::geometry::axis_difference_deg;
+use crate::geometry::{axis_difference_deg, continued};
 
 /// How far beyond the end of a counted line a street may still be beside it, metres. Without this
 /// the line of the opposite arm would be near the first places of an arm.
 const BEYOND_M: f64 = 10.0;
+
+/// Largest longitude, degrees.
+const HALF_WORLD_DEG: f64 = 180.0;
 
 /// A straight piece of a counted line, degrees, and the position of what it belongs to.
 type Piece = GeomWithData<Line<f64>, usize>;
@@ -94,10 +97,10 @@ impl Index {
     ) -> Option<CountMatch> {
         let plane = Plane::around(*street.first()?);
         let flat = plane.street(street)?;
-        let area = area(street, &plane, settings.match_m)?;
+        let areas = areas(street, &plane, settings.match_m)?;
         let most = settings.max_veh_per_day_per_lane * f64::from(lanes.max(1));
-        let lines = self.lines(&plane, &flat, &area, settings);
-        let stations = self.stations(&plane, &flat, &area, settings);
+        let lines = self.lines(&plane, &flat, &areas, settings);
+        let stations = self.stations(&plane, &flat, &areas, settings);
         let possible = |(_, found, i): &Scored| {
             let possible = found.aadt_veh_per_day <= most;
             if !possible {
@@ -119,11 +122,12 @@ impl Index {
         &self,
         plane: &Plane,
         street: &Street,
-        area: &AABB<Point<f64>>,
+        areas: &[AABB<Point<f64>>],
         settings: &CountSettings,
     ) -> Vec<Scored> {
         let mut lines: BTreeMap<usize, Vec<Line<f64>>> = BTreeMap::new();
-        for piece in self.pieces.locate_in_envelope_intersecting(area) {
+        let near = areas.iter().flat_map(|area| self.pieces.locate_in_envelope_intersecting(area));
+        for piece in near {
             let (start, end) = (plane.flat(piece.geom().start), plane.flat(piece.geom().end));
             lines.entry(piece.data).or_default().push(Line::new(start, end));
         }
@@ -144,12 +148,13 @@ impl Index {
         &self,
         plane: &Plane,
         street: &Street,
-        area: &AABB<Point<f64>>,
+        areas: &[AABB<Point<f64>>],
         settings: &CountSettings,
     ) -> Vec<Scored> {
         // A station before this is beside a street that this one meets.
         let margin_m = FIRST_M.min(street.length_m / 4.0);
-        let scored = self.stations.locate_in_envelope_intersecting(area).filter_map(|station| {
+        let near = areas.iter().flat_map(|a| self.stations.locate_in_envelope_intersecting(a));
+        let scored = near.filter_map(|station| {
             let (i, axis) = station.data;
             let at = Point::from(plane.flat((*station.geom()).into()));
             let along_m = street.line.line_locate_point(&at)? * street.length_m;
@@ -210,16 +215,24 @@ fn beside(sample: &Sample, piece: &Line<f64>, settings: &CountSettings) -> Optio
         .then_some(Near { distance_m, angle_deg })
 }
 
-/// Returns the box around a street, enlarged by some metres, degrees.
-fn area(street: &[Place], plane: &Plane, margin_m: f64) -> Option<AABB<Point<f64>>> {
-    let line: geo::LineString<_> = street.iter().map(|p| degrees(*p)).collect();
-    let bounds = line.bounding_rect()?;
+/// Returns the box around a street, enlarged by some metres, degrees; two boxes across the 180th meridian.
+fn areas(street: &[Place], plane: &Plane, margin_m: f64) -> Option<Vec<AABB<Point<f64>>>> {
+    let first_deg = street.first()?.longitude();
+    let place = |p: &Place| Coord { x: continued(first_deg, p.longitude()), y: p.latitude() };
+    let bounds = street.iter().map(place).collect::<geo::LineString<_>>().bounding_rect()?;
     let margin = Coord {
         x: margin_m / plane.metric.east_m_per_deg,
         y: margin_m / plane.metric.north_m_per_deg,
     };
-    let corners = (bounds.min() - margin, bounds.max() + margin);
-    Some(AABB::from_corners(corners.0.into(), corners.1.into()))
+    let (min, max) = (bounds.min() - margin, bounds.max() + margin);
+    let turned = |by_deg: f64| {
+        let by = Coord { x: by_deg, y: 0.0 };
+        AABB::from_corners(Point::from(min + by), Point::from(max + by))
+    };
+    let mut areas = vec![turned(0.0)];
+    areas.extend((max.x > HALF_WORLD_DEG).then(|| turned(-2.0 * HALF_WORLD_DEG)));
+    areas.extend((min.x < -HALF_WORLD_DEG).then(|| turned(2.0 * HALF_WORLD_DEG)));
+    Some(areas)
 }
 
 /// Returns a place as its longitude (x) and latitude (y).
@@ -270,6 +283,20 @@ mod tests {
         let found = found(vec![line("a", 9000.0, &[(3.0, -10.0), (3.0, 200.0)])]).unwrap();
         assert_eq!((found.aadt_veh_per_day, &*found.id), (9000.0, "a"));
         assert!((found.distance_m - 3.0).abs() < 0.02 && found.angle_deg < 0.1, "{found:?}");
+    }
+
+    #[test]
+    fn counts_belong_to_a_street_across_the_180th_meridian_on_both_sides_of_it() {
+        let place = |longitude| Place::from_degrees(0.0, longitude).unwrap();
+        for places in [[179.9995, -179.9985], [-179.9995, 179.9985]] {
+            for longitude in [179.9999, -179.9999] {
+                let shape = Shape::Station(place(longitude), None);
+                let count = Counted { shape, ..station("a", (0.0, 0.0), None) };
+                let index = Index::new(vec![count]).unwrap();
+                let found = index.along(&places.map(place), 2, &CountSettings::default());
+                assert!(found.is_some(), "{places:?} {longitude}");
+            }
+        }
     }
 
     #[test]

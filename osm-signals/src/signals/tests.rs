@@ -43,6 +43,14 @@ fn the_number_of_a_signal_goes_before_the_id_of_its_row_and_the_choice_is_said()
 }
 
 #[test]
+fn the_number_of_a_signal_is_known_however_it_is_shortened() {
+    for name in ["SIGNAL_NUM", "SignalNo", "Signal No.", "Signal #", "SIGNALNUMBER", "Sig-Num"] {
+        let text = format!("OBJECTID,{name},lat,lon\n1,107,40,-111\n");
+        assert_eq!(list(&text, "").unwrap().signals[0].id, "107", "{name}");
+    }
+}
+
+#[test]
 fn an_id_that_comes_twice_names_both_lines() {
     let reason = read("id,y,x\n7,40,-111\n8,41,-111\n7,40,-111\n").unwrap_err();
     assert_eq!(

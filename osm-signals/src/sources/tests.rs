@@ -181,6 +181,11 @@ fn midnight_has_its_time_in_a_column_of_times() {
     assert_eq!(column([excel(46_331.0, false), excel(46_331.302_083_333_3, false)]), both);
     assert_eq!(column([excel(44_869.0, true), excel(44_869.302_083_333_3, true)]), both);
     assert_eq!(column([excel(0.0, false), excel(0.25, false)]), ["00:00:00", "06:00:00"]);
+    // Days with few decimals are before their second.
+    let both = ["2026-11-05 00:30:00", "2026-11-06 00:00:00"];
+    assert_eq!(column([excel(46_331.020_833_3, false), excel(46_331.999_999_9, false)]), both);
+    assert_eq!(column([excel(44_869.020_833_3, true), excel(44_869.999_999_9, true)]), both);
+    assert_eq!(column([excel(0.020_833, false), excel(0.25, false)]), ["00:30:00", "06:00:00"]);
     assert_eq!(
         column([iso("2026-11-05"), iso("2026-11-05T07:15:00")]),
         ["2026-11-05T00:00:00", "2026-11-05T07:15:00"]

@@ -76,6 +76,11 @@ impl Intake {
             obstacles.push(Obstacle { place, reason, way });
         };
         let begin_s = given.begin_s.unwrap_or(config.begin_s);
+        if begin_s < 0.0 {
+            let reason = format!("the begin ({begin_s} s) is negative, which SUMO refuses");
+            blocked(reason, "--begin 0".to_owned());
+        }
+        let begin_s = begin_s.max(0.0);
         let proposed = || proposed_end_s(begin_s, sources.last_departure_s());
         let end_s = given.end_s.or(config.end_s).unwrap_or_else(|| {
             let until = sources.last_departure_s().map_or_else(String::new, |last_s| {
@@ -252,6 +257,16 @@ mod tests {
         let after = read(options, routes, &given).passed().unwrap();
         assert_eq!((after.begin_s, after.end_s, after.steps_per_second), (60.0, 1800.0, 2));
         assert_eq!(after.notes.len(), 5, "{:?}", after.notes);
+    }
+
+    #[test]
+    fn a_negative_begin_is_in_the_way_and_has_an_option() {
+        let options = "<b v='-10'/><e v='9'/>";
+        let before = read(options, "<r/>", &Given::default());
+        assert_eq!((ways(&before), before.begin_s), (vec!["--begin 0".to_owned()], 0.0));
+        assert!(before.may_load());
+        let given = Given { begin_s: Some(0.0), ..Given::default() };
+        assert!(read(options, "<r/>", &given).passed().is_ok());
     }
 
     #[test]
