@@ -742,20 +742,22 @@ mod tests {
 
     #[test]
     fn in_a_y_a_left_turn_yields_to_the_approach_that_comes_closest_to_opposite() {
-        let tried = |bearings_deg: &[f64], phases: [&str; 2]| {
-            let [first, second] = phases;
-            let phases = vec![phase(2, [1, 1, 1], first), phase(4, [2, 1, 1], second)];
-            let plan = ExistingPlan::new(Control::Actuated, phases);
-            placed(&scenario(bearings_deg, ""), &plans(plan)).unwrap().refused
+        let tried = |bearings_deg: &[f64], phases: &[&str]| {
+            let phases = (1..).zip(phases).map(|(k, names)| phase(2 * k, [k, 1, 1], names));
+            let plan = ExistingPlan::new(Control::Actuated, phases.collect());
+            let placed = placed(&scenario(bearings_deg, ""), &plans(plan)).unwrap();
+            let refused = placed.refused.into_iter().map(|(_, why)| why).collect::<String>();
+            (refused, placed.doubts.iter().map(Doubt::brief).collect::<String>())
         };
         let wye = [0.0, 120.0, 240.0];
-        assert_eq!(tried(&wye, ["NEL NER SBR sbl", "NWL NWR"]), []);
-        let e = tried(&wye, ["NEL NER SBR SBL", "NWL NWR"]).remove(0).1;
+        let nothing = (String::new(), String::new());
+        assert_eq!(tried(&wye, &["NEL NER SBR sbl", "NWL NWR"]), nothing);
+        let (e, _) = tried(&wye, &["NEL NER SBR SBL", "NWL NWR"]);
         assert!(e.contains("phase 2 has NEL and SBL, which cross"), "{e}");
         // Streets that cross at an angle of 60 degrees.
-        let streets = [0.0, 60.0, 180.0, 240.0];
-        let e = tried(&streets, ["NBT NBR swl", "SBL SBT SBR NEL NET NER SWT SWR NBL"]).remove(0).1;
-        assert!(e.contains("phase 2 has NBT and SWL, which cross"), "{e}");
+        let phases = ["NBT NBR swl", "NBL", "SBL SBT SBR", "NEL NET NER", "SWT SWR"];
+        let (e, said) = tried(&[0.0, 60.0, 180.0, 240.0], &phases);
+        assert!(said.contains("phase 2 has NBT and SWL, which cross, and SWL yields"), "{e}{said}");
     }
 
     #[test]
