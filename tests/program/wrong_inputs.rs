@@ -238,7 +238,7 @@ fn mistakes() -> Vec<Mistake> {
             "a yellow of 35 s",
             plan("35,4,1", "35,35,1"),
             true,
-            &["plan.csv, line 2: yellow_s = 35: expected a number from 1 to 10"],
+            &["plan.csv, line 2: yellow_s = 35: expected a number from 0 to 10"],
         ),
         (
             "a movement that does not exist",

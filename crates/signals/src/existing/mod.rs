@@ -56,8 +56,11 @@ const MIN_GREEN_S: RangeInclusive<f64> = 0.0..=600.0;
 /// Passage time, seconds.
 const PASSAGE_S: RangeInclusive<f64> = 0.0..=60.0;
 
-/// Yellow, seconds.
-const YELLOW_S: RangeInclusive<f64> = 1.0..=10.0;
+/// Yellow, seconds; below [`SHORTEST_YELLOW_S`] only where nothing ends.
+const YELLOW_S: RangeInclusive<f64> = 0.0..=10.0;
+
+/// Shortest yellow of a phase of which something ends, seconds.
+const SHORTEST_YELLOW_S: f64 = 1.0;
 
 /// All-red, seconds.
 const ALL_RED_S: RangeInclusive<f64> = 0.0..=20.0;
@@ -381,6 +384,7 @@ impl ExistingPlan {
                 ));
             }
         }
+        self.check_changes()?;
         self.check_reference()?;
         self.check_cycle()?;
         let (timed, _) = schedule(self);
@@ -397,6 +401,35 @@ impl ExistingPlan {
             }
         }
         Ok(self.notes(&timed))
+    }
+
+    /// Checks that a phase without a yellow ends nothing: all its movements go on in the phase after it.
+    fn check_changes(&self) -> Result<(), String> {
+        let sides = self.sides();
+        let repeats = sides.len() == 1 && self.control == Control::Pretimed;
+        for ring in sides.iter().flatten() {
+            for (place, phase) in ring.iter().map(|i| &self.phases[*i]).enumerate() {
+                let first = ring.first().filter(|_| repeats);
+                let next = ring.get(place + 1).or(first).map(|i| &self.phases[*i]);
+                let comes = |next: &PlanPhase| {
+                    self.control == Control::Pretimed || next.recall != Recall::None
+                };
+                let goes_on = next.is_some_and(|next| {
+                    let has = |name: &String| next.all_movements().any(|other| other == name);
+                    comes(next) && phase.all_movements().all(has)
+                });
+                if phase.yellow_s < SHORTEST_YELLOW_S && !goes_on {
+                    return Err(format!(
+                        "phase {} has a yellow of {} s; expected {SHORTEST_YELLOW_S} to {} s, or less where all its movements \
+                         go on in the next phase of its ring and that phase comes in every cycle",
+                        phase.number,
+                        phase.yellow_s,
+                        YELLOW_S.end()
+                    ));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Checks that the reference phases can hold the green: one per ring.
@@ -559,7 +592,7 @@ pub(crate) mod testing {
 
 #[cfg(test)]
 mod tests {
-    use super::testing::plan;
+    use super::testing::{phase, plan};
     use super::*;
 
     fn refused(change: &dyn Fn(&mut ExistingPlan)) -> String {
@@ -575,6 +608,29 @@ mod tests {
         assert_eq!(plan.pairs(), [vec![0, 3], vec![0, 4], vec![1, 3], vec![1, 4], vec![2, 5]]);
         assert_eq!(plan.check(), Ok(vec![]));
         assert_eq!(plan.sum_s(), 61.5);
+    }
+
+    #[test]
+    fn a_phase_that_ends_nothing_needs_no_yellow() {
+        let checked = |next: &str, recall: Recall| {
+            let mut phases = vec![
+                phase(1, [1, 1, 1], "SBL"),
+                phase(2, [1, 1, 2], next),
+                phase(4, [2, 1, 1], "EBT"),
+            ];
+            (phases[0].yellow_s, phases[0].all_red_s) = (0.0, 0.0);
+            phases.iter_mut().for_each(|p| p.recall = recall);
+            ExistingPlan::new(Control::Actuated, phases).check()
+        };
+        assert_eq!(checked("SBT SBL", Recall::Min), Ok(vec![]));
+        assert_eq!(checked("SBT sbl", Recall::Min), Ok(vec![]));
+        for (next, recall) in [("SBT", Recall::Min), ("SBT SBL", Recall::None)] {
+            let e = checked(next, recall).unwrap_err();
+            assert!(
+                e.contains("phase 1 has a yellow of 0 s; expected 1 to 10 s, or less where"),
+                "{e}"
+            );
+        }
     }
 
     #[test]

@@ -332,7 +332,7 @@ fn a_plan_that_cannot_be_is_left_out_with_the_reason() {
         ("Control Type,1,3", "Control Type,1,7", "control type 7 is not known; expected 0 to 3"),
         ("Phase1,1,3,8", "Phase1,1,9,8", "phase1 of NBL is 9, which has no times in [Phases]"),
         ("Recall,1,0,3", "Recall,1,0,9", "recall 9 of phase 2 is not known"),
-        ("Yellow,1,3.5", "Yellow,1,35", "phase 1 has a yellow of 35 s; expected 1 to 10 s"),
+        ("Yellow,1,3.5", "Yellow,1,35", "phase 1 has a yellow of 35 s; expected 0 to 10 s"),
         ("BRP,1,111,112", "BRP,1,131,112", "phase 1 is in ring 3"),
         (
             "MaxGreen,1,12",

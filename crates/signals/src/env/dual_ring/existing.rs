@@ -326,7 +326,7 @@ mod tests {
     use super::super::shapes::{settings, timing};
     use super::*;
     use crate::env::testing::crossing;
-    use crate::existing::testing::plan;
+    use crate::existing::testing::{phase, plan};
     use crate::settings::SignalSettings;
 
     /// Four arms from the north clockwise, with links right, through, left.
@@ -491,6 +491,27 @@ mod tests {
             rings.phases[phase].detectors.iter().map(|d| scene.lanes[d.lane].id.as_str()).collect()
         };
         assert_eq!((lanes(3), lanes(2)), (vec!["in2_1"], vec!["in3_0", "in3_1"]));
+    }
+
+    #[test]
+    fn a_phase_that_ends_nothing_is_followed_at_once() {
+        let mut plan = placed(Control::Actuated);
+        plan.phases = vec![
+            phase(1, [1, 1, 1], "SBT SBR"),
+            phase(2, [1, 1, 2], "SBT SBR NBT NBR sbl nbl"),
+            phase(4, [2, 1, 1], "EBT EBR ebl WBT WBR wbl"),
+        ];
+        (plan.phases[0].yellow_s, plan.phases[0].all_red_s) = (0.0, 0.0);
+        plan.phases.iter_mut().for_each(|p| p.recall = Recall::Min);
+        plan.reference.clear();
+        assert_eq!(plan.check(), Ok(vec![]));
+        let shown = play(&plan, &[], 35);
+        let all = "GGgrrrGGgrrr";
+        let ends = [("yyyrrryyyrrr", 4), (RED, 1)];
+        let side = [(SIDE, 5), (SIDE_ENDS, 4), (RED, 1)];
+        let starts = [("GGrrrrrrrrrr", 5), (all, 5)];
+        let first = [(all, 5)];
+        assert_eq!(shown, expected(&[&first[..], &ends, &side, &starts, &ends].concat()));
     }
 
     #[test]
