@@ -406,7 +406,7 @@ impl ExistingPlan {
     /// Checks that a phase without a yellow ends nothing: all its movements go on in the phase after it.
     fn check_changes(&self) -> Result<(), String> {
         let sides = self.sides();
-        let repeats = sides.len() == 1 && self.control == Control::Pretimed;
+        let repeats = sides.len() == 1;
         for ring in sides.iter().flatten() {
             for (place, phase) in ring.iter().map(|i| &self.phases[*i]).enumerate() {
                 let first = ring.first().filter(|_| repeats);

@@ -512,6 +512,12 @@ mod tests {
         let starts = [("GGrrrrrrrrrr", 5), (all, 5)];
         let first = [(all, 5)];
         assert_eq!(shown, expected(&[&first[..], &ends, &side, &starts, &ends].concat()));
+        // The same as stages of one ring, of which the last one ends nothing.
+        for (phase, place) in plan.phases.iter_mut().zip([3, 1, 2]) {
+            (phase.barrier, phase.position) = (1, place);
+        }
+        assert_eq!(plan.check(), Ok(vec![]));
+        assert_eq!(play(&plan, &[], 35), shown);
     }
 
     #[test]
