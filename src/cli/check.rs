@@ -120,7 +120,7 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
 fn look(layout: &Layout, networks: Option<&Path>) -> anyhow::Result<Looked> {
     // What cannot be read there is for `status` and `resume` to name.
     let handed = batch::submission::tasks(layout).unwrap_or_default();
-    let begun = |task: usize| handed.contains(&task) || layout.checkpoint(task).exists();
+    let begun = batch::submission::begun(layout, handed);
     let mut audit = Audit::of(layout, manifest_of(layout), begun)?;
     let (mut beside, mut prepared) = (Beside::default(), PathBuf::new());
     if let Some(Manifest { identity, provenance }) = audit.manifest.as_deref() {

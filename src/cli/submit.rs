@@ -99,10 +99,9 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     let executor = args.executor.unwrap_or(asked);
     let grows = session.manifest.identity.sample.growth.is_some();
     let handed = grows.then(|| submission::tasks(&layout)).transpose().map_err(RunError::from)?;
-    let handed = handed.unwrap_or_default();
-    let begun = |task: usize| handed.contains(&task) || layout.checkpoint(task).exists();
+    let begun = submission::begun(&layout, handed.unwrap_or_default());
     let read = || -> anyhow::Result<Results> {
-        Ok(Results::load_known(&layout, &session.manifest)?.under_way(begun))
+        Ok(Results::load_known(&layout, &session.manifest)?.under_way(&begun))
     };
     let results = read()?;
     let jobs = args.workers.here(available_parallelism().map_or(1, |j| j.get()));

@@ -243,6 +243,11 @@ pub fn tasks(layout: &Layout) -> Result<BTreeSet<usize>, BatchError> {
     Ok(tasks)
 }
 
+/// Returns what tells whether a task was begun: it was handed over, or something of it is kept.
+pub fn begun(layout: &Layout, handed: BTreeSet<usize>) -> impl Fn(usize) -> bool {
+    move |task| handed.contains(&task) || layout.checkpoint(task).exists()
+}
+
 /// Makes a path absolute and checks that scripts and batch systems can pass it on.
 ///
 /// # Errors
