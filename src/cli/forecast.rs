@@ -50,8 +50,18 @@ impl Job {
 struct Running {
     job: Job,
     start_s: f64,
+    /// Episodes of an earlier attempt that it goes on from, which took no time of this one.
+    before: u32,
     /// Episodes done, and when the last of them was.
     done: Option<(u32, f64)>,
+}
+
+impl Running {
+    /// Returns what was seen of it until then, where a start from nothing would have been expected to take so long.
+    fn seen(&self, expected_s: f64, now_s: f64) -> Seen {
+        let before_s = self.job.effort.seconds(self.before);
+        Seen { observed_s: now_s - self.start_s, expected_s: expected_s - before_s }
+    }
 }
 
 /// The tasks of a run and what is known of their cost.
@@ -81,13 +91,16 @@ impl Forecast {
 
     fn start(&mut self, now_s: f64) {
         if let Some(job) = self.waiting.pop_front() {
-            self.running.insert(job.task, Running { job, start_s: now_s, done: None });
+            self.running.insert(job.task, Running { job, start_s: now_s, before: 0, done: None });
         }
     }
 
     /// Takes note of the episodes that a task has done.
     pub(super) fn episode(&mut self, task: usize, episodes: u32, now_s: f64) {
         if let Some(running) = self.running.get_mut(&task) {
+            if running.done.is_none() {
+                running.before = episodes.saturating_sub(1);
+            }
             running.done = Some((episodes, now_s));
         }
     }
@@ -95,16 +108,16 @@ impl Forecast {
     /// Takes note of a task that starts again.
     pub(super) fn retry(&mut self, task: usize, now_s: f64) {
         if let Some(running) = self.running.get_mut(&task) {
-            (running.start_s, running.done) = (now_s, None);
+            (running.start_s, running.before, running.done) = (now_s, 0, None);
         }
     }
 
     /// Takes note of a task that is finished; what it took counts if it went well.
     pub(super) fn finish(&mut self, task: usize, well: bool, now_s: f64) {
-        let Some(Running { job, start_s, .. }) = self.running.remove(&task) else { return };
+        let Some(running) = self.running.remove(&task) else { return };
         if well {
-            let seen = Seen { observed_s: now_s - start_s, expected_s: job.all() };
-            self.finished.push((job.method, job.point, seen));
+            let seen = running.seen(running.job.all(), now_s);
+            self.finished.push((running.job.method, running.job.point, seen));
         }
         self.start(now_s);
     }
@@ -114,7 +127,7 @@ impl Forecast {
         let finished = self.finished.iter().map(|(m, p, seen)| (&**m, &**p, *seen));
         let running = self.running.values().filter_map(|r| {
             let (episodes, at_s) = r.done?;
-            let seen = Seen { observed_s: at_s - r.start_s, expected_s: r.job.seconds(episodes) };
+            let seen = r.seen(r.job.seconds(episodes), at_s);
             Some((&*r.job.method, &*r.job.point, seen))
         });
         finished.chain(running).collect()
@@ -251,10 +264,29 @@ mod tests {
     }
 
     #[test]
+    fn episodes_of_an_earlier_attempt_took_no_time() {
+        let jobs =
+            [0, 1].map(|i| Job { effort: effort((100, 10.0), (1, 10.0)), ..job(i, "a", "p", 1.0) });
+        let mut forecast = Forecast::new(jobs.to_vec(), 1, 1);
+        let expected = middle(&forecast, 0.0);
+        // It goes on from episode 79, and takes what was expected of one more.
+        forecast.episode(0, 80, SECONDS_PER_TASK + 10.0);
+        let left = middle(&forecast, SECONDS_PER_TASK + 10.0);
+        assert!(
+            (left - (expected - SECONDS_PER_TASK - 800.0)).abs() < 1e-6,
+            "{left} of {expected}"
+        );
+        forecast.finish(0, true, SECONDS_PER_TASK + 220.0);
+        let left = middle(&forecast, SECONDS_PER_TASK + 220.0);
+        assert!((left - expected / 2.0).abs() < 1e-6, "{left} of {expected}");
+    }
+
+    #[test]
     fn a_task_in_progress_tells_of_itself() {
         let long = Job { effort: effort((9, 10.0), (1, 10.0)), ..job(0, "a", "p", 1.0) };
         let mut forecast = Forecast::new(vec![long], 1, 1);
         // Half of it took twice the time that was expected.
+        forecast.episode(0, 1, 20.4);
         forecast.episode(0, 5, 100.4);
         let left = middle(&forecast, 100.4);
         assert!((85.0..100.0).contains(&left), "{left}");

@@ -227,7 +227,7 @@ fn covers(data: &Report) -> String {
     if !learned.is_empty() {
         text.push_str(&format!(
             " They take all that neighbouring point MDPs differ by for the luck of training of {} (once per point MDP), \
-             so they tend to be too wide.",
+             so they are too wide where trainings go well alike, and too narrow where some fail by chance.",
             learned.join(", ")
         ));
     }

@@ -318,8 +318,9 @@ fn luck(data: &Report) -> Vec<String> {
     let learned = once(data, true);
     if !learned.is_empty() {
         sentences.push(format!(
-            "The intervals of {} tend to be too wide: each was trained once per point MDP, so all that neighbouring \
-             point MDPs differ by counts as the luck of training; --replicates R measures it.",
+            "The intervals of {} rest on one training per point MDP, so all that neighbouring point MDPs differ by \
+             counts as the luck of training. They are too wide where trainings go well alike, and too narrow where \
+             some fail by chance; --replicates R measures it.",
             learned.join(", ")
         ));
     }
