@@ -33,6 +33,20 @@ fn unpacked(run: &Path, to: &Path) {
     assert!(Command::new("sh").args(["-c", unpack]).current_dir(to).status().unwrap().success());
 }
 
+/// Checks that the published report of a run is the one that the program writes; files that only one of them has are left out.
+fn published_report_is_the_programs(run_at: &Path, to: &Path) {
+    let mut compared = 0;
+    for entry in fs::read_dir(run_at.join("report")).unwrap().map(Result::unwrap) {
+        let name = entry.file_name();
+        let is_page = ["csv", "html", "svg", "tex"].iter().any(|e| entry.path().extension().is_some_and(|x| x == *e));
+        let Some(now) = fs::read(to.join("report").join(&name)).ok().filter(|_| is_page) else { continue };
+        let same = fs::read(entry.path()).unwrap() == now;
+        assert!(same, "{} is of another build; make the report again", entry.path().display());
+        compared += 1;
+    }
+    assert!(compared >= 5, "{}", run_at.display());
+}
+
 /// Checks that the records of a run give the same page where they are still packed, and that nothing is added to them.
 fn packed_reads_the_same(folder: &Path, run_at: &Path, html: &[u8]) {
     let to = folder.join("packed");
@@ -80,6 +94,7 @@ fn every_published_run_is_sound_and_reported() {
         let expected = if whole["missing"] == 0 { 0 } else { 6 };
         assert_eq!(output.status.code(), Some(expected), "{}: {said}", path.display());
         succeed(folder.path(), &format!("report {number}"));
+        published_report_is_the_programs(path, &to);
         let html = fs::read(to.join("report/index.html")).unwrap();
         packed_reads_the_same(folder.path(), path, &html);
         if whole["missing"] == 0 && whole["failed"] == 0 {

@@ -21,7 +21,7 @@ pub(super) fn sentences(data: &Report) -> Vec<String> {
         ));
     }
     for l in &learners {
-        let of = format::count(l.planned, "training");
+        let of = format::count(l.scored, "training");
         let name = &l.method.method;
         if l.restarted > 0 {
             sentences.push(format!(
