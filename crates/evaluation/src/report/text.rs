@@ -248,7 +248,8 @@ pub fn growth(data: &Report) -> Option<String> {
         (true, true) => "this is reached, and the rest of the budget was not needed".to_owned(),
         (true, false) => "it is".to_owned(),
         (false, true) => {
-            "this is not reached yet; the same command continues with more point MDPs".to_owned()
+            "this is not reached yet; the command of the run continues with more point MDPs"
+                .to_owned()
         }
         (false, false) if standing.open.is_empty() => {
             "this is not reached, and the budget is spent".to_owned()
