@@ -196,12 +196,15 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
             data.reference.in_short()
         ));
     }
-    let partly = data.partly_replicated();
+    let partly: Vec<String> = (data.methods.iter())
+        .filter(|m| m.left_out > 0)
+        .map(|m| format!("{} ({} of {})", m.method, m.left_out, m.replicates))
+        .collect();
     if !partly.is_empty() {
         notes.push(format!(
             "Some replicates of {} failed or are missing; the score on such a point MDP is the mean over the \
              others, which flatters a method that fails where it is bad.",
-            partly.into_iter().collect::<Vec<_>>().join(", ")
+            partly.join(", ")
         ));
     }
     let others = || data.methods.iter().filter(|m| !m.is_reference && m.overall.is_some());
