@@ -1,7 +1,7 @@
 //! Boundaries: the part of an extract that a family is made of.
 //!
 //! Either a box of longitudes and latitudes or the polygons of a GeoJSON file, whose holes are
-//! outside. A place on the boundary itself is outside.
+//! outside. A place on the boundary itself is outside. Across the 180th meridian longitudes may go on: 181 is -179.
 
 use std::fmt;
 use std::path::Path;
@@ -15,13 +15,16 @@ use super::error::OsmError;
 use super::extract::Place;
 use super::features::{self, check_crs, malformed};
 use super::file;
-use super::geometry::checked_place;
+use super::geometry::{checked_place, continued};
 
 /// How the numbers of a box are meant.
 const ORDER: &str = "WEST,SOUTH,EAST,NORTH in degrees";
 
 /// What a file has to hold.
 const POLYGONS: &str = "GeoJSON with a Polygon or MultiPolygon";
+
+/// Once around the world, degrees.
+const TURN_DEG: f64 = 360.0;
 
 /// Fewest positions of a ring; the last one repeats the first.
 const RING: usize = 4;
@@ -106,8 +109,10 @@ impl Boundary {
 
     /// Returns whether a place is inside.
     pub fn contains(&self, place: Place) -> bool {
-        let at = Coord { x: place.longitude(), y: place.latitude() };
-        self.bounds.contains(&at) && self.polygons.as_ref().is_none_or(|p| p.contains(&at))
+        [0.0, TURN_DEG, -TURN_DEG].into_iter().any(|turn| {
+            let at = Coord { x: place.longitude() + turn, y: place.latitude() };
+            self.bounds.contains(&at) && self.polygons.as_ref().is_none_or(|p| p.contains(&at))
+        })
     }
 
     /// Returns the smallest box around it: x is the longitude and y the latitude, degrees.
@@ -130,8 +135,9 @@ impl Boundary {
         }
         if west >= east {
             return Err(format!(
-                "west ({west}) is not less than east ({east}); a box across the 180th meridian \
-                 has to be given as GeoJSON"
+                "west ({west}) is not less than east ({east}); a box across the 180th meridian is \
+                 {west},{south},{},{north}",
+                east + TURN_DEG
             ));
         }
         if south >= north {
@@ -168,9 +174,15 @@ fn polygon(rings: &PolygonType) -> Result<Option<Polygon<f64>>, String> {
         if ring.len() < RING {
             return Err(format!("a ring of {} positions; it needs at least {RING}", ring.len()));
         }
-        let places = ring.iter().map(features::place).collect::<Result<Vec<_>, _>>()?;
-        let coords = places.into_iter().map(|p| Coord { x: p.longitude(), y: p.latitude() });
-        Ok(LineString(coords.collect()))
+        // A ring that goes on beyond 180 degrees has to stay one piece.
+        let coord = |position: &geojson::Position| -> Result<Coord<f64>, String> {
+            let place = features::place(position)?;
+            Ok(Coord {
+                x: continued(position.as_slice()[0], place.longitude()),
+                y: place.latitude(),
+            })
+        };
+        Ok(LineString(ring.iter().map(coord).collect::<Result<_, String>>()?))
     };
     let mut rings = rings.iter().map(ring).collect::<Result<Vec<_>, _>>()?.into_iter();
     Ok(rings.next().map(|shell| Polygon::new(shell, rings.collect())))
@@ -203,6 +215,21 @@ mod tests {
         assert!(boundary.contains(at(40.75, -111.9)) && !boundary.contains(at(40.7, -112.0)));
         assert!(!boundary.contains(at(40.81, -111.9)) && !boundary.contains(at(40.75, -112.01)));
         assert_eq!(boundary.bounds().min(), Coord { x: -112.0, y: 40.7 });
+    }
+
+    #[test]
+    fn a_boundary_across_the_180th_meridian_is_one_piece() {
+        let ring = "[[179,-17],[181,-17],[181,-16],[179,-16],[179,-17]]";
+        let polygon = read(&format!("{{\"type\":\"Polygon\",\"coordinates\":[{ring}]}}")).unwrap();
+        for boundary in [polygon, Boundary::parse("179,-17,181,-16").unwrap()] {
+            for (longitude, is_inside) in
+                [(179.5, true), (-179.5, true), (0.0, false), (-178.5, false)]
+            {
+                assert_eq!(boundary.contains(at(-16.5, longitude)), is_inside, "{longitude}");
+            }
+        }
+        let e = error("179,-17,-179,-16");
+        assert!(e.ends_with("a box across the 180th meridian is 179,-17,181,-16"), "{e}");
     }
 
     #[test]

@@ -64,13 +64,16 @@ pub(crate) fn middle(places: impl Iterator<Item = Place> + Clone) -> Option<Plac
     Place::from_degrees(mean(&Place::latitude), continued(0.0, longitude))
 }
 
-/// Returns the place that somebody gives, degrees.
+/// Returns the place that somebody gives, degrees. A longitude may go on beyond 180 degrees, as in some programs: 181 is
+/// -179, and 248 is -112.
 ///
 /// # Errors
 ///
 /// What is wrong and the way out, when it is outside the world: projected, swapped or no number.
 pub fn checked_place(latitude: f64, longitude: f64) -> Result<Place, String> {
-    if let Some(place) = Place::from_degrees(latitude, longitude) {
+    if longitude.abs() <= NO_DEGREES
+        && let Some(place) = Place::from_degrees(latitude, continued(0.0, longitude))
+    {
         return Ok(place);
     }
     let given = format!("latitude {latitude}, longitude {longitude}");
@@ -229,6 +232,9 @@ mod tests {
     #[test]
     fn a_place_outside_the_world_comes_with_the_way_out() {
         assert_eq!(checked_place(40.76, -111.83), Ok(at(40.76, -111.83)));
+        assert_eq!(checked_place(-16.8, 181.0), Ok(at(-16.8, -179.0)));
+        assert_eq!(checked_place(-16.8, -181.0), Ok(at(-16.8, 179.0)));
+        assert_eq!(checked_place(40.76, 248.5), Ok(at(40.76, -111.5)));
         for (latitude, longitude, expected) in [
             (
                 -111.83,

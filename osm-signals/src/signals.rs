@@ -35,8 +35,11 @@ const ID: [&str; 38] = [
     "objectid", "object_id",
 ];
 
+/// Those of them that number the rows of a database, and may be others in its next export.
+const OF_ROWS: [&str; 2] = ["objectid", "object_id"];
+
 /// Those of them that are no number of a signal where a list has another column with an id.
-const NO_NUMBERS: [&str; 3] = ["name", "objectid", "object_id"];
+const NO_NUMBERS: [&str; 3] = ["name", OF_ROWS[0], OF_ROWS[1]];
 
 /// Usual names of the column with a text `POINT (...)`.
 const POINT: [&str; 10] = [
@@ -129,7 +132,7 @@ impl SignalList {
         let mut table = Table::with_rows(&source.bytes, path, source.rows)?;
         let id = Column { what: "id", given: columns.id.as_deref(), usual: &ID };
         let id = table.find(&id)?;
-        let other_ids = columns.id.is_none().then(|| other_ids(&table, id)).flatten();
+        let id_doubt = columns.id.is_none().then(|| id_doubt(&table, id)).flatten();
         let controller =
             Column { what: "controller", given: columns.controller.as_deref(), usual: &CONTROLLER };
         let controller = table.find(&controller)?;
@@ -200,7 +203,7 @@ impl SignalList {
             return Err(table.nothing(&at.without_places(&table)));
         }
         let kinds = found.into_iter().filter_map(|(c, values)| doubt(table.name(c), &values));
-        list.doubts = other_ids.into_iter().chain(kinds).collect();
+        list.doubts = id_doubt.into_iter().chain(kinds).collect();
         list.doubts.extend(part_controllers(&mut list.signals));
         Ok(list)
     }
@@ -251,8 +254,21 @@ impl At {
     }
 }
 
-/// Says which column has the id where others could have it.
-fn other_ids(table: &Table<'_>, id: Option<usize>) -> Option<String> {
+/// Says which column has the id where others could have it, and where ids may change from one export to the next.
+fn id_doubt(table: &Table<'_>, id: Option<usize>) -> Option<String> {
+    let Some(id) = id else {
+        let doubt = "no column has an id, so that the rows are numbered, and change their numbers with their order; name a \
+                     column as `id` in [signals] of the settings";
+        return Some(doubt.to_owned());
+    };
+    let of_rows = Column { what: "id", given: None, usual: &OF_ROWS };
+    if table.find(&of_rows).ok().flatten() == Some(id) {
+        return Some(format!(
+            "the id is {}, which numbers the rows of a database and may change with each export; name a column with the \
+             number of the signal as `id` in [signals] of the settings",
+            brief(table.name(id))
+        ));
+    }
     let could = ID.iter().filter(|name| !NO_NUMBERS.contains(name)).filter_map(|name| {
         let column = Column { what: "id", given: None, usual: std::slice::from_ref(name) };
         table.find(&column).ok().flatten()
@@ -263,7 +279,7 @@ fn other_ids(table: &Table<'_>, id: Option<usize>) -> Option<String> {
             "several columns could be the id ({}), and {} is used; name another one as `id` in [signals] of the \
              settings",
             could.join(", "),
-            brief(table.name(id.unwrap_or_default()))
+            brief(table.name(id))
         )
     })
 }

@@ -13,7 +13,7 @@ use tsc_family::family::{Feature, MdpFamily, PointMdp};
 use tsc_family::sample::{Design, Input, Measure, SamplePlan, Sampling, choose_over};
 use tsc_family::seed::derive;
 use tsc_family::settings::overrides::Override;
-use tsc_family::stats::PointObjectives;
+use tsc_family::stats::{PointObjectives, stretch};
 
 use crate::error::raised;
 use crate::simulation::load;
@@ -195,7 +195,8 @@ fn numbers(py: Python<'_>, estimate: Estimate) -> PyResult<Bound<'_, PyDict>> {
     dict.set_item("interval", estimate.interval)?;
     dict.set_item("level", 1.0 - estimate.alpha)?;
     dict.set_item("centre", estimate.centre)?;
-    dict.set_item("stretch", estimate.stretch)?;
+    dict.set_item("degrees", estimate.degrees)?;
+    dict.set_item("stretch", stretch(estimate.degrees, estimate.alpha))?;
     dict.set_item("resamples", PyArray1::from_vec(py, estimate.resamples))?;
     Ok(dict)
 }
@@ -208,14 +209,14 @@ pub(crate) struct Numbers {
     interval: Option<(f64, f64)>,
     level: f64,
     centre: f64,
-    stretch: f64,
+    degrees: Option<f64>,
     resamples: Vec<f64>,
 }
 
 impl From<Numbers> for Estimate {
     fn from(of: Numbers) -> Self {
-        let Numbers { value, interval, level, centre, stretch, resamples } = of;
-        Self { value, interval, centre, resamples, alpha: 1.0 - level, stretch }
+        let Numbers { value, interval, level, centre, degrees, resamples } = of;
+        Self { value, interval, centre, resamples, alpha: 1.0 - level, degrees }
     }
 }
 

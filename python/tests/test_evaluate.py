@@ -97,6 +97,28 @@ def test_a_script_of_a_package_goes_on_to_evaluate_its_class(tmp_path, networks)
     assert done.returncode == 0 and done.stdout == "started\n", done.stderr
     own = json.loads((tmp_path / "out/manifest.json").read_text())["identity"]["controllers"][0]
     assert set(own["sha256"]) == {"mine/__init__.py", "mine/rule.py", "mine/script.py"}
+    # A script that the package imports evaluates before anybody has its class.
+    (package / "__init__.py").write_text("from .script import Mine\n")
+    done = subprocess.run([sys.executable, "-m", "mine.script"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "script.py, line 6, evaluates when the package mine is imported; put the evaluation below" in done.stderr
+    text = (package / "script.py").read_text().replace("tf.evaluate", "if __name__ == '__main__': tf.evaluate")
+    (package / "script.py").write_text(text.replace("out='out'", "out='again'"))
+    done = subprocess.run([sys.executable, "-m", "mine.script"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_class_below_an_import_that_evaluates_is_told_where_that_is(tsc_family, tmp_path, networks):
+    (tmp_path / "base.py").write_text(
+        "import tsc_family as tf\n"
+        "class Base(tf.Controller):\n    def act(self, obs): return [0]\n"
+        "tf.evaluate(Base, 'smoke', eval_seeds=1, out='base', quiet=True, settings={'demand.horizon_s': 60},\n"
+        f"            networks={networks!r})\n"
+    )
+    (tmp_path / "mine.py").write_text("from base import Base\nclass Mine(Base): pass\n")
+    done = tsc_family("run", "smoke", "--controller", "mine=mine.py:Mine", "--networks", networks, "--out", "r")
+    assert done.returncode == 2
+    assert "has no class Mine at its top level above" in done.stderr and "base.py, line 4, which" in done.stderr
 
 
 RULE = """

@@ -191,6 +191,8 @@ class Estimate:
     """Estimates from resampled data; empty where there is no interval."""
     centre: float
     """Of what the resamples are; another estimate than ``value`` for some estimators."""
+    degrees: float | None
+    """Degrees of freedom of the mean over few seeds, where these alone make the spread."""
     stretch: float
     """By which factor the interval is wider than the resamples, because seeds are few."""
     missing: int = 0

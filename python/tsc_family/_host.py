@@ -82,7 +82,8 @@ def open_source(source: str) -> Opened:
         raise Error(f"there is no file {file}; give FILE.py:CLASS")
     arguments = _arguments(text)
     folder = os.getcwd()
-    cls: Any = _load(path)
+    cls: Any
+    cls, evaluates = _load(path)
     if os.getcwd() != folder:
         to = os.getcwd()
         os.chdir(folder)
@@ -92,6 +93,11 @@ def open_source(source: str) -> Opened:
         )
     for part in name.split("."):
         cls = getattr(cls, part, None)
+        if cls is None and evaluates:
+            raise Error(
+                f"{path.name} has no class {name} at its top level above {evaluates}, which evaluates; if the class comes "
+                f"later, put the evaluation below `if __name__ == \"__main__\":`"
+            )
         if cls is None:
             raise Error(
                 f"{path.name} has no class {name} at its top level; if it is below `if __name__ == \"__main__\"`, move it up"
@@ -125,8 +131,11 @@ def _arguments(text: str) -> dict[str, Any]:
     return {"args": [], "kwargs": named}
 
 
-def _load(path: Path) -> Any:
-    """Runs a file as a module of another name than ``__main__``; one of a package under its own name."""
+def _load(path: Path) -> tuple[Any, str]:
+    """Runs a file as a module of another name than ``__main__``; one of a package under its own name.
+
+    Returns the module, and the line that went on to evaluate, where the loading ended there.
+    """
     global loading
     folder, name = _package(path)
     _make_room(folder)
@@ -150,22 +159,37 @@ def _load(path: Path) -> Any:
     try:
         if name:
             module.__package__ = name.rpartition(".")[0]
-            importlib.import_module(module.__package__)
+            try:
+                importlib.import_module(module.__package__)
+            except Loaded as e:
+                # An import that is ended forgets its modules, and the class with them.
+                raise Error(
+                    f"{_line_of(e)}, evaluates when the package {module.__package__} is imported; put the evaluation below "
+                    f"`if __name__ == \"__main__\":`"
+                ) from None
             # The package may import it, or another class of it was opened before.
             if name in sys.modules:
-                return sys.modules[name]
+                return sys.modules[name], ""
         # Not imported: an import forgets the module when a script that goes on to evaluate ends it.
         sys.modules[module.__name__] = module
         exec(compile(source, str(path), "exec"), module.__dict__)
-    except (Loaded, SystemExit):
+    except Loaded as e:
         # The class is there by then, or whoever looks for it says that it is not.
+        return module, _line_of(e)
+    except SystemExit:
         pass
     except BaseException:
         sys.modules.pop(module.__name__, None)
         raise
     finally:
         loading = False
-    return module
+    return module, ""
+
+
+def _line_of(ended: Loaded) -> str:
+    """Returns the file and line that ended the loading."""
+    own = [frame for frame in traceback.extract_tb(ended.__traceback__) if not _is_ours(frame.filename)]
+    return f"{own[-1].filename}, line {own[-1].lineno}" if own else "a script"
 
 
 def _make_room(folder: Path) -> None:

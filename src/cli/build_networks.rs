@@ -165,7 +165,7 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     let (uncounted, converted) = match args.utdf.as_slice() {
         [] => (args.scenario.uncounted()?, None),
         files => {
-            let (uncounted, converted) = Utdf::read(files)?.scenario()?;
+            let (uncounted, converted) = Utdf::read(files)?.scenario(&args.scenario.settings())?;
             (uncounted, Some(converted))
         }
     };

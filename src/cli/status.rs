@@ -168,10 +168,7 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
         _ if missing == 0 => {
             note(format!("tsc-family report {dir} writes tables, figures and page"));
             if reach.may_grow() {
-                note(format!(
-                    "the command of the run inspects the results, and continues if they are not enough: {}",
-                    manifest.provenance.command
-                ));
+                say_who_inspects(&manifest);
             }
         }
         _ if rest == 0 => {}
@@ -188,6 +185,14 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
         Rest::Nobody => note(format!("tsc-family resume {dir} does them")),
     }
     Ok(code(missing, tally.failed.len()))
+}
+
+/// Says which command looks at the results of a growing run, and begins the next look.
+pub(super) fn say_who_inspects(manifest: &Manifest) {
+    note(format!(
+        "the command of the run inspects the results, and continues if they are not enough: {}",
+        manifest.provenance.command
+    ));
 }
 
 /// Who has the tasks that have no record and that no batch system names.

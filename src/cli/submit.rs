@@ -11,6 +11,7 @@ use super::executors::{
 use super::interrupt::interrupted;
 use super::local_run::LocalRun;
 use super::output::note;
+use super::status::say_who_inspects;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
@@ -20,6 +21,7 @@ use crate::run::domain::domain_of;
 use crate::run::error::RunError;
 use crate::run::session::reopen;
 use crate::run::worker::check_own;
+use crate::sample::SamplePlan;
 use crate::store::Layout;
 use crate::store::results::Results;
 
@@ -119,8 +121,17 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     };
     let again = if args.retry_failed { results.failed().count() } else { 0 };
     let missing = results.missing().count() + again;
+    // A look that nobody has begun is none of its tasks.
+    let may_grow = has_later_look(&results.manifest.identity.sample);
+    let summarise = || -> anyhow::Result<u8> {
+        let code = local.summarise()?;
+        if may_grow && !args.quiet {
+            say_who_inspects(&session.manifest);
+        }
+        Ok(code)
+    };
     if missing == 0 {
-        return local.summarise();
+        return summarise();
     }
     let identity = &session.manifest.identity;
     let mut methods = identity.methods.iter();
@@ -149,7 +160,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
             note_doubled(&layout);
         }
         let code = local.work_on(&results, &interrupted)?;
-        return code.map_or_else(|| local.summarise(), Ok);
+        return code.map_or_else(summarise, Ok);
     };
     there.say_of_another();
     for (submission, counts) in &there.submissions {
@@ -161,4 +172,10 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     let launcher = local.launcher.clone();
     hand_over(system, (&session, domain), &results, &there, &args.workers, launcher)?;
     Ok(exit::DONE)
+}
+
+/// Returns whether a sample may grow by another look.
+fn has_later_look(sample: &SamplePlan) -> bool {
+    let looks = sample.growth.as_ref().map_or(0, |growth| growth.looks.len());
+    sample.look().is_some_and(|look| look + 1 < looks)
 }

@@ -394,7 +394,15 @@ fn a_method_that_lacks_points_is_never_ranked_whatever_else_runs() {
 #[test]
 fn a_point_with_only_some_replicates_is_named() {
     let dir = tempfile::tempdir().unwrap();
-    let notes = text::notes(&data_of(&two_learners(dir.path())));
+    let layout = two_learners(dir.path());
+    let data = data_of(&layout);
+    let notes = text::notes(&data);
     let note = notes.iter().find(|n| n.starts_with("Some replicates of")).unwrap();
-    assert!(note.starts_with("Some replicates of mplight-star failed or are missing"), "{note}");
+    let expected = "Some replicates of mplight-star (1 of 4) failed or are missing";
+    assert!(note.starts_with(expected), "{note}");
+    let left_out = data.methods.iter().map(|m| m.left_out);
+    assert_eq!(left_out.sum::<usize>(), 1, "of no other method");
+    // Beside its rank.
+    let page = file_of(&layout, "index.html");
+    assert_eq!(page.matches("without 1 of 4 replicates").count(), 1);
 }

@@ -97,6 +97,26 @@ fn the_look_that_is_under_way_is_what_status_and_resume_are_about() {
 }
 
 #[test]
+fn a_look_that_was_not_begun_is_left_to_the_command_of_the_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9", "--out", "r"];
+    run(&args, dir.path());
+    let out = dir.path().join("r");
+    let first = plan_of_look(&out, 0);
+    for later in (0..24).filter(|task| !first.contains(task)) {
+        fs::remove_file(out.join(format!("done/000/{later}.jsonl"))).unwrap();
+    }
+    let resumed = command(&["resume", "r"], dir.path());
+    assert_eq!((resumed.status.code(), records(&out)), (Some(0), 8));
+    let said = stderr(&resumed);
+    let expected =
+        "the command of the run inspects the results, and continues if they are not enough: ";
+    assert!(said.contains(expected) && said.contains("--until-half-width 1e-9"), "{said}");
+    run(&args, dir.path());
+    assert_eq!(records(&out), 24);
+}
+
+#[test]
 fn a_look_that_was_handed_over_is_under_way_before_it_has_a_record() {
     let dir = tempfile::tempdir().unwrap();
     let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9", "--out", "r"];
@@ -173,7 +193,7 @@ fn a_look_that_is_not_complete_does_not_count_and_is_gone_on_with() {
     fs::remove_file(out.join(format!("done/000/{later}.jsonl"))).unwrap();
     let (rows, notes) = reported(dir.path(), "r");
     assert!(rows.iter().all(|row| row["points"] == 4), "{rows:?}");
-    assert!(notes.contains("this is not reached yet; the same command continues"), "{notes}");
+    assert!(notes.contains("this is not reached yet; the command of the run"), "{notes}");
     let (_, said) = run(&args, dir.path());
     assert!(said.contains("continuing to 12") && said.contains("23 of 24 tasks"), "{said}");
     assert_eq!(reported(dir.path(), "r").0, before);

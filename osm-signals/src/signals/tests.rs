@@ -19,8 +19,21 @@ fn a_list_keeps_ids_places_and_lines() {
 
 #[test]
 fn rows_without_an_id_column_are_numbered() {
-    let signals = read("y,x\n40,-111\n41,-111\n").unwrap();
-    assert_eq!(signals.iter().map(|s| &*s.id).collect::<Vec<_>>(), ["1", "2"]);
+    let list = list("y,x\n40,-111\n41,-111\n", "").unwrap();
+    assert_eq!(list.signals.iter().map(|s| &*s.id).collect::<Vec<_>>(), ["1", "2"]);
+    assert!(list.doubts[0].starts_with("no column has an id"), "{:?}", list.doubts);
+}
+
+#[test]
+fn an_id_that_may_change_with_each_export_is_said() {
+    for name in ["OBJECTID", "object_id"] {
+        let one = list(&format!("{name},lat,lon\n7,40,-111\n"), "").unwrap();
+        let doubt =
+            format!("the id is {name}, which numbers the rows of a database and may change");
+        assert!(one.doubts[0].starts_with(&doubt), "{:?}", one.doubts);
+    }
+    let given = list("OBJECTID,lat,lon\n7,40,-111\n", "id = \"objectid\"").unwrap();
+    assert_eq!((&*given.signals[0].id, given.doubts.len()), ("7", 0));
 }
 
 #[test]

@@ -75,6 +75,8 @@ pub struct Row {
     pub interval: Option<(f64, f64)>,
     /// Point MDPs with a score, and of how many.
     pub points: (usize, usize),
+    /// Replicates on these point MDPs that failed or have no record: the score is a mean over the others.
+    pub left_out: usize,
     /// How the point MDPs were chosen.
     pub sampling: Sampling,
     /// Whether it was a run with looks, whose intervals are wider.
@@ -271,6 +273,7 @@ fn table(
                 score,
                 interval: summary.interval,
                 points: (summary.points, source.identity().sample.family_size),
+                left_out: summary.left_out,
                 sampling: source.identity().sample.sampling,
                 has_looks,
                 seeds: source.identity().evaluation_seeds.len(),

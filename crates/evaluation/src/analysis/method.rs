@@ -4,7 +4,7 @@
 //! record of it and the objective of the latter is above 0. Weights are renormalised over these point MDPs, and
 //! every summary counts what it lacks.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -49,6 +49,10 @@ pub struct MethodSummary {
     pub worst: Option<(String, f64)>,
     /// Point MDPs in the estimate.
     pub points: usize,
+    /// Tasks on these point MDPs that failed or have no record: replicates without which the score is a mean over the others.
+    pub left_out: usize,
+    /// Tasks on these point MDPs.
+    pub replicates: usize,
     /// Tasks that failed.
     pub failed: usize,
     /// Tasks without a record.
@@ -90,6 +94,8 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         .iter()
         .filter_map(|(p, r)| Some((p.row.point.clone(), r.score?)))
         .max_by(|a, b| identity.direction.compare(a.1, b.1));
+    let in_estimate: BTreeSet<usize> = counted.iter().map(|p| p.index).collect();
+    let replicates = || own_tasks().filter(|r| in_estimate.contains(&r.point));
     let weight_of = weighted().map(|(w, (p, _))| (p.index, w)).collect();
     let summary = MethodSummary {
         is_reference: Some(index) == reference.index,
@@ -108,6 +114,8 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         metrics: weighted_metrics(&scored, &weights),
         worst,
         points: scored.len(),
+        left_out: replicates().filter(|r| r.outcome != Some(Outcome::Ok)).count(),
+        replicates: replicates().count(),
         failed: own_tasks().filter(|r| r.outcome == Some(Outcome::Failed)).count(),
         missing: own_tasks().filter(|r| r.outcome.is_none()).count(),
         without_reference: finished.len() - scored.len(),

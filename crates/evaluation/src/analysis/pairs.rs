@@ -14,7 +14,7 @@ use super::points::{PointResult, PointSummary};
 use super::profiles::RankedProfiles;
 use super::summaries::Estimated;
 use crate::stats::improvement::{self, placements};
-use crate::stats::{Dominance, PointObjectives, Verdict, stretch};
+use crate::stats::{Dominance, PointObjectives, Verdict, degrees};
 
 /// Fewest point MDPs on which a method can dominate another: on nine, each a coin toss, one is ahead on all with a
 /// probability of 0.4%, but on four with 12%.
@@ -135,8 +135,7 @@ fn compared(
         // The same mean of differences, without drawing the seeds once more.
         Some((of_a, of_b)) if only_seeds(evidence, &shared, [a.index, b.index]) => {
             let differences: Vec<PointObjectives> = shared.iter().map(ahead).collect();
-            let stretch = stretch(&differences, evidence.identity.sample.alpha());
-            of_a.ahead(of_b, direction).stretched(stretch)
+            of_a.ahead(of_b, direction).with_degrees(degrees(&differences))
         }
         _ => mean(&ahead)?,
     };

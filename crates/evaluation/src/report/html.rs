@@ -219,6 +219,8 @@ fn method(data: &Report, m: &MethodSummary, metrics: &[Metric]) -> Value {
         worst_id => worst.map(|w| &w.0).filter(|id| data.title_of(id) != **id),
         worst_score => worst.map(|w| format::score(w.1)),
         points => m.points,
+        left_out => m.left_out,
+        replicates => m.replicates,
         failed => m.failed,
         missing => m.missing,
         summaries => summaries(data, m),

@@ -98,6 +98,10 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
         ((some, of), sampling) => format!("{some} of {of}, {}", sampling.name()),
     };
     let looks = if row.has_looks { ", looks" } else { "" };
+    let left_out = match row.left_out {
+        0 => String::new(),
+        count => format!(", without {}", format::count(count, "replicate")),
+    };
     let trained = match row.trained {
         None => "-".to_owned(),
         Some(Trained { trainings, episodes, steps, .. }) => {
@@ -116,7 +120,7 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
     let interval = row.interval.filter(|(low, high)| low < high);
     let interval = interval.map(|ends| format!(" ({})", format::interval(ends)));
     format!(
-        "| {place} | {method} | {score}{} | {points}{looks} | {} | {trained} | {}, {} | [{}]({}/manifest.json) |\n",
+        "| {place} | {method} | {score}{} | {points}{looks}{left_out} | {} | {trained} | {}, {} | [{}]({}/manifest.json) |\n",
         interval.unwrap_or_default(),
         row.seeds,
         row.simulator,
@@ -148,6 +152,7 @@ pub fn json(tables: &[Table]) -> Vec<Value> {
             "score": row.score,
             "interval": row.interval,
             "points": row.points.0,
+            "replicates_left_out": row.left_out,
             "sampling": row.sampling,
             "looks": row.has_looks,
             "evaluation_seeds": row.seeds,

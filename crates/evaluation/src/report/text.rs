@@ -196,12 +196,15 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
             data.reference.in_short()
         ));
     }
-    let partly = data.partly_replicated();
+    let partly: Vec<String> = (data.methods.iter())
+        .filter(|m| m.left_out > 0)
+        .map(|m| format!("{} ({} of {})", m.method, m.left_out, m.replicates))
+        .collect();
     if !partly.is_empty() {
         notes.push(format!(
             "Some replicates of {} failed or are missing; the score on such a point MDP is the mean over the \
              others, which flatters a method that fails where it is bad.",
-            partly.into_iter().collect::<Vec<_>>().join(", ")
+            partly.join(", ")
         ));
     }
     let others = || data.methods.iter().filter(|m| !m.is_reference && m.overall.is_some());
@@ -248,7 +251,8 @@ pub fn growth(data: &Report) -> Option<String> {
         (true, true) => "this is reached, and the rest of the budget was not needed".to_owned(),
         (true, false) => "it is".to_owned(),
         (false, true) => {
-            "this is not reached yet; the same command continues with more point MDPs".to_owned()
+            "this is not reached yet; the command of the run continues with more point MDPs"
+                .to_owned()
         }
         (false, false) if standing.open.is_empty() => {
             "this is not reached, and the budget is spent".to_owned()

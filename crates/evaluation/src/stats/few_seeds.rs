@@ -26,9 +26,10 @@ const NORMAL_HALF: f64 = 1.959_963_984_540_054;
 ///
 /// # Arguments
 ///
+/// * `degrees` — degrees of freedom of the mean score, as [`degrees`] returns them; `None` where there is no noise.
 /// * `alpha` — share of such intervals that may miss what they are of; the less, the wider are Student's beside normal ones.
-pub fn stretch(points: &[PointObjectives], alpha: f64) -> f64 {
-    degrees(points).map_or(1.0, |degrees| of_degrees(degrees, alpha))
+pub fn stretch(degrees: Option<f64>, alpha: f64) -> f64 {
+    degrees.map_or(1.0, |degrees| of_degrees(degrees, alpha))
 }
 
 /// Returns the mean of values with its 95% interval by Student's t; an interval without width for one value, `None` without
@@ -106,40 +107,41 @@ mod tests {
     #[test]
     fn of_one_point_mdp_it_is_student_s_quantile() {
         let five = point(0.3, &[&[4.0, 5.0, 6.0, 5.5, 4.2]], &[10.0; 5]);
-        assert!((stretch(&[five], ALPHA) - 2.776_445 / 1.959_964).abs() < 1e-5);
+        assert!((stretch(degrees(&[five]), ALPHA) - 2.776_445 / 1.959_964).abs() < 1e-5);
         let two = point(1.0, &[&[4.0, 5.0]], &[10.0; 2]);
-        assert!((stretch(&[two], ALPHA) - 12.706_205 / 1.959_964).abs() < 1e-4);
+        assert!((stretch(degrees(&[two]), ALPHA) - 12.706_205 / 1.959_964).abs() < 1e-4);
     }
 
     #[test]
     fn intervals_that_may_miss_less_often_are_stretched_more() {
         let five = [point(0.3, &[&[4.0, 5.0, 6.0, 5.5, 4.2]], &[10.0; 5])];
         // Of four degrees of freedom, the quantiles at 1 - 0.025 / 2.
-        assert!((stretch(&five, 0.025) - 3.495_406 / 2.241_403).abs() < 1e-5);
+        assert!((stretch(degrees(&five), 0.025) - 3.495_406 / 2.241_403).abs() < 1e-5);
     }
 
     #[test]
     fn many_equal_point_mdps_need_none_and_one_that_decides_all() {
         let one = point(1.0, &[&[4.0, 5.0, 6.0, 5.5, 4.2]], &[10.0; 5]);
         let many = vec![one.clone(); 500];
-        assert!((1.0..1.002).contains(&stretch(&many, ALPHA)), "{}", stretch(&many, ALPHA));
+        let of_many = stretch(degrees(&many), ALPHA);
+        assert!((1.0..1.002).contains(&of_many), "{of_many}");
         let wild = point(1.0, &[&[4.0, 5.0, 600.0, 5.5, 4.2]], &[10.0; 5]);
-        let alone = stretch(std::slice::from_ref(&wild), ALPHA);
+        let alone = stretch(degrees(std::slice::from_ref(&wild)), ALPHA);
         let beside: Vec<_> = many.into_iter().chain([wild]).collect();
-        assert!((stretch(&beside, ALPHA) / alone - 1.0).abs() < 0.01);
+        assert!((stretch(degrees(&beside), ALPHA) / alone - 1.0).abs() < 0.01);
     }
 
     #[test]
     fn without_noise_nothing_is_stretched() {
         let quiet = point(1.0, &[&[5.0, 10.0]], &[10.0, 20.0]);
-        assert_eq!(stretch(&[quiet], ALPHA), 1.0);
-        assert_eq!(stretch(&[point(1.0, &[&[5.0]], &[10.0])], ALPHA), 1.0);
-        assert_eq!(stretch(&[], ALPHA), 1.0);
+        assert_eq!(stretch(degrees(&[quiet]), ALPHA), 1.0);
+        assert_eq!(stretch(degrees(&[point(1.0, &[&[5.0]], &[10.0])]), ALPHA), 1.0);
+        assert_eq!(stretch(degrees(&[]), ALPHA), 1.0);
     }
 
     #[test]
     fn trainings_that_differ_more_than_seeds_count_by_their_number() {
         let trained = point(1.0, &[&[4.0, 4.1, 4.0], &[9.0, 9.1, 9.0]], &[10.0; 3]);
-        assert!((stretch(&[trained], ALPHA) - 12.706_205 / 1.959_964).abs() < 0.01);
+        assert!((stretch(degrees(&[trained]), ALPHA) - 12.706_205 / 1.959_964).abs() < 0.01);
     }
 }

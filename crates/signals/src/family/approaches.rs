@@ -58,6 +58,9 @@ pub const PERIOD: &str = "period";
 /// Highest speed limit, miles per hour.
 const MOST_MPH: f64 = 100.0;
 
+/// Largest longitude, degrees.
+const MOST_LONGITUDE_DEG: f64 = 180.0;
+
 /// Reads an approaches table and imputes the counts that are missing.
 ///
 /// # Errors
@@ -144,7 +147,13 @@ fn approach(row: &Row, columns: &Columns) -> Result<Approach, String> {
         intersection: title("intersection", row.text(columns.at("intersection")))?,
         arm: text("arm"),
         latitude: coordinate("latitude")?,
-        longitude: coordinate("longitude")?,
+        longitude: match coordinate("longitude")? {
+            // Some programs write 181 degrees for -179.
+            beyond if beyond.abs() > MOST_LONGITUDE_DEG => {
+                checked_place(coordinate("latitude")?, beyond)?.longitude()
+            }
+            longitude => longitude,
+        },
         bearing_deg: number("bearing_deg")?,
         lanes_in: columns.whole(row, "lanes_in")?,
         lanes_out: columns.whole(row, "lanes_out")?,
@@ -333,6 +342,14 @@ mod tests {
     #[test]
     fn an_arm_without_any_lane_is_refused() {
         assert!(error("7,A,40,-111,0,0,0,0,0,30,200,9000,\n").contains("at least one lane"));
+    }
+
+    #[test]
+    fn a_longitude_beyond_180_degrees_is_the_same_place() {
+        let text = format!("{HEADER}7,A,-16.8,181,0,2,1,1,0,30,200,9000,lsr\n");
+        assert_eq!(read(&text, "a.csv").unwrap()[0].arms[0].longitude, -179.0);
+        let e = error("7,A,-16.8,420000,0,2,1,1,0,30,200,9000,lsr\n");
+        assert!(e.contains("looks projected"), "{e}");
     }
 
     #[test]

@@ -11,11 +11,14 @@ const FIRST_SERIAL: f64 = 20_000.0;
 /// What stands between the first and the last time of an interval.
 const BETWEEN: [&str; 7] = [" - ", " TO ", " AND ", " \u{2013} ", "\u{2013}", "-", "/"];
 
-/// What may follow a time without changing it: words, and the zone of universal time.
-const AFTER: [&str; 7] = [" HRS", "HRS", " HR", "HR", " H", "H", "Z"];
+/// Minutes of the longest interval that a row counts.
+const LONGEST_INTERVAL_MIN: u32 = 60;
 
-/// What follows a time that is universal time.
-const UNIVERSAL: [&str; 6] = ["Z", "UTC", "GMT", "+00:00", "+0000", "+00"];
+/// What may follow a time without changing it: words, and the zone of universal time.
+const AFTER: [&str; 9] = [" HRS", "HRS", " HR", "HR", " H", "H", "Z", "UTC", "GMT"];
+
+/// Names of universal time.
+const UNIVERSAL: [&str; 3] = ["Z", "UTC", "GMT"];
 
 /// Returns the day, as it is written, and the minute of the day at which an interval begins; `None` for what is no time,
 /// or has something before it that is no day.
@@ -23,19 +26,12 @@ const UNIVERSAL: [&str; 6] = ["Z", "UTC", "GMT", "+00:00", "+0000", "+00"];
 /// Understood are `07:15`, `0715`, `7:15 AM`, `7:15 a.m.`, `07:15:00`, `7.15`, the first of two times (`07:15 - 07:30`,
 /// `7:15 to 7:30`), a date or weekday before the time, and days with their fraction as spreadsheets keep them
 /// (`46331.302`). A date alone is no time, also with points (`5.11.2026`). Of a time with an offset (`07:15-06:00`) the
-/// clock time stands, which is the local one unless the time [is universal](is_universal).
+/// clock time stands, which is the local one unless its [`zone`] [is universal](is_universal).
 pub fn begin(text: &str) -> Option<(String, u32)> {
     if let Some(serial) = serial(text) {
         return Some(serial);
     }
-    let upper = text.trim().to_uppercase().replace("A.M.", "AM").replace("P.M.", "PM");
-    // 2026-11-05T16:30: the letter between date and time.
-    let upper = match upper.split_once('T') {
-        Some((date, time)) if date.ends_with(|c: char| c.is_ascii_digit()) => {
-            format!("{date} {time}")
-        }
-        _ => upper,
-    };
+    let upper = upper(text);
     let (first, second) = first_of_two(&upper);
     let mut words: Vec<&str> = bare(first).split_whitespace().collect();
     let own = match words.last() {
@@ -51,23 +47,71 @@ pub fn begin(text: &str) -> Option<(String, u32)> {
     (day.is_empty() || days::is_day(&day)).then_some((day, minute))
 }
 
-/// Returns whether a time says that it is universal time, and so not the local time.
-pub fn is_universal(text: &str) -> bool {
-    let upper = text.trim().to_uppercase();
-    let mut before = UNIVERSAL.iter().filter_map(|zone| upper.strip_suffix(zone));
-    before.any(|time| begin(time).is_some())
+/// Returns a text in capital letters, with a space for the letter between date and time (`2026-11-05T16:30`).
+fn upper(text: &str) -> String {
+    let upper = text.trim().to_uppercase().replace("A.M.", "AM").replace("P.M.", "PM");
+    match upper.split_once('T') {
+        Some((date, time)) if date.ends_with(|c: char| c.is_ascii_digit()) => {
+            format!("{date} {time}")
+        }
+        _ => upper,
+    }
+}
+
+/// Returns the zone that a time names, such as `Z` or `-0600`; `None` for a time without one.
+///
+/// `05:15-06:00` is a time with an offset or three quarters of an hour, and counts as the latter.
+pub fn zone(text: &str) -> Option<String> {
+    let text = upper(text);
+    let (before, second) = first_of_two(&text);
+    let first = before.trim_end();
+    let (_, start) = begin(first)?;
+    if let Some(name) = UNIVERSAL.into_iter().find(|name| first.ends_with(*name)) {
+        return Some(name.to_owned());
+    }
+    let offset = match split_offset(first) {
+        Some((_, offset)) => offset,
+        // West of Greenwich an offset looks like a second time: 01:15-06:00.
+        None => {
+            let length = (time(second?, None)? + DAY_MIN - start) % DAY_MIN;
+            let offset = text[before.len()..].trim_end();
+            let is_interval = (1..=LONGEST_INTERVAL_MIN).contains(&length);
+            (!is_interval && is_offset(offset)).then_some(offset)?
+        }
+    };
+    let digits = offset.replace(':', "");
+    Some(if digits.len() == "-06".len() { digits + "00" } else { digits })
+}
+
+/// Returns whether a zone is universal time, and so not the local time: `Z`, `UTC`, `Etc/UTC`, `+00:00`.
+pub fn is_universal(zone: &str) -> bool {
+    let upper = zone.trim().to_uppercase();
+    let zone = upper.strip_prefix("ETC/").unwrap_or(&upper);
+    let is_zero = |offset: &str| offset.chars().all(|c| matches!(c, '+' | '-' | '0' | ':'));
+    match ["UTC", "GMT"].into_iter().find_map(|name| zone.strip_prefix(name)) {
+        Some(offset) => is_zero(offset),
+        None => zone == "Z" || zone.contains('0') && is_zero(zone),
+    }
 }
 
 /// Returns a text without what may follow a time, such as a word or the offset of its zone.
 fn bare(text: &str) -> &str {
     let text = AFTER.iter().find_map(|after| text.strip_suffix(after)).unwrap_or(text).trim_end();
-    let Some(at) = text.rfind(['+', '-']) else { return text };
-    let (time, offset) = text.split_at(at);
-    let digits = offset[1..].replace(':', "");
-    let is_offset = time.contains(':')
-        && matches!(digits.len(), 2 | 4)
-        && digits.chars().all(|c| c.is_ascii_digit());
-    if is_offset { time } else { text }
+    split_offset(text).map_or(text, |(time, _)| time)
+}
+
+/// Returns a time and the offset after it, such as `-06:00`; `None` for a time without one.
+fn split_offset(text: &str) -> Option<(&str, &str)> {
+    let (time, offset) = text.split_at(text.rfind(['+', '-'])?);
+    (time.contains(':') && is_offset(offset)).then_some((time, offset))
+}
+
+/// Returns whether a text is the offset of a zone: a sign and two or four digits.
+fn is_offset(text: &str) -> bool {
+    text.strip_prefix(['+', '-']).is_some_and(|digits| {
+        let digits = digits.replace(':', "");
+        matches!(digits.len(), 2 | 4) && digits.chars().all(|c| c.is_ascii_digit())
+    })
 }
 
 /// Returns the first of two times that stand in one field, and the second; a text with one time stays.
@@ -205,6 +249,7 @@ mod tests {
             ("07:00+01:00 - 07:15+01:00", "", "07:00"),
             ("1.04166666666667E-2", "", "00:15"),
             ("07:00-07:15", "", "07:00"),
+            ("2026-11-05 16:30 UTC", "2026-11-05", "16:30"),
             ("2026-11-05 16:30", "2026-11-05", "16:30"),
             ("2026-11-05T16:30:00.000", "2026-11-05", "16:30"),
             ("11/5/2026 4:30 PM", "11/5/2026", "16:30"),
@@ -226,10 +271,32 @@ mod tests {
             "2026-11-05T16:30:00.000+00:00",
             "16:30Z/16:45Z",
         ] {
-            assert!(is_universal(text), "{text}");
+            assert!(zone(text).is_some_and(|zone| is_universal(&zone)), "{text}");
         }
         for text in ["16:30", "2026-11-05T16:30:00-06:00", "16:30+01:00", "Plaza", "4:00 PM", ""] {
-            assert!(!is_universal(text), "{text}");
+            assert!(zone(text).is_none_or(|zone| !is_universal(&zone)), "{text}");
+        }
+        for name in ["utc", "GMT", "Etc/UTC", "UTC+00:00", "0", "+0000"] {
+            assert!(is_universal(name), "{name}");
+        }
+        for name in ["", "-", "UTC-7", "-06:00", "MDT", "America/Denver"] {
+            assert!(!is_universal(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn an_offset_is_told_from_the_end_of_an_interval() {
+        for (text, offset) in [
+            ("2026-11-01T01:15:00-06:00", Some("-0600")),
+            ("2026-11-01 01:15:00-07", Some("-0700")),
+            ("01:15-0700", Some("-0700")),
+            ("02:45+02:00 - 02:00+01:00", Some("+0200")),
+            ("01:15-01:30", None),
+            ("2300-0000", None),
+            ("7:00 - 9:00", None),
+            ("1.04166666666667E-2", None),
+        ] {
+            assert_eq!(zone(text).as_deref(), offset, "{text}");
         }
     }
 

@@ -36,6 +36,10 @@ pub enum Holds {
     Date,
     /// A time, or date and time.
     Time,
+    /// A date or time in universal time.
+    UniversalTime,
+    /// The zone of the times.
+    Zone,
     /// The end of an interval.
     End,
 }
@@ -50,7 +54,12 @@ impl Holds {
             | Self::Total(heading)
             | Self::Shared(heading) => Some(heading),
             Self::Pedestrians(heading) => heading,
-            Self::Intersection | Self::Date | Self::Time | Self::End => None,
+            Self::Intersection
+            | Self::Date
+            | Self::Time
+            | Self::UniversalTime
+            | Self::Zone
+            | Self::End => None,
         }
     }
 }
@@ -117,6 +126,15 @@ const DATE: &str = "DATE DAY COUNTDATE STARTDATE";
 const TIME: &str = "TIME STARTTIME TIMESTART BEGIN BEGINTIME START HOUR INTERVAL INTERVALSTART TIMEPERIOD TIMESTAMP \
                     DATETIME DATETIMEBIN";
 
+/// Names of the column with the zone of the times. A column `Zone` may as well name a part of the city.
+const ZONE: &str = "TIMEZONE TZ UTCOFFSET GMTOFFSET TIMEOFFSET TIMEZONEOFFSET";
+
+/// What the name of a column with local times may end with, longer ones before those that they end with.
+const LOCAL: [&str; 21] = [
+    "LOCAL", "CEST", "EEST", "AEST", "AEDT", "AKST", "AKDT", "NZST", "EST", "EDT", "CST", "CDT",
+    "MST", "MDT", "PST", "PDT", "HST", "BST", "WET", "CET", "EET",
+];
+
 /// Whether a word is one of several with a space between.
 fn is_one(words: &str, word: &str) -> bool {
     words.split(' ').any(|known| known == word)
@@ -130,14 +148,17 @@ pub fn holds(name: &str) -> Option<Holds> {
     if is_one(INTERSECTION, &plain) {
         return Some(Holds::Intersection);
     }
-    if is_one(TIME, &plain) {
-        return Some(Holds::Time);
+    if is_one(ZONE, &plain) {
+        return Some(Holds::Zone);
     }
-    if is_one(ENDS, &plain) {
+    let (timed, is_universal) = without_zone(&plain);
+    if is_one(ENDS, timed) {
         return Some(Holds::End);
     }
-    if is_one(DATE, &plain) {
-        return Some(Holds::Date);
+    for (names, holds) in [(TIME, Holds::Time), (DATE, Holds::Date)] {
+        if is_one(names, timed) {
+            return Some(if is_universal { Holds::UniversalTime } else { holds });
+        }
     }
     for word in ["VOLUME", "VOL", "COUNT"] {
         if let Some(rest) = plain.strip_suffix(word) {
@@ -171,6 +192,29 @@ pub fn holds(name: &str) -> Option<Holds> {
     let of = |classes: &str| classes.split(' ').find_map(|class| turn(rest.strip_prefix(class)?));
     let light = of(LIGHT_CLASSES).map(|towards| Holds::Vehicles(heading, towards));
     light.or_else(|| Some(Holds::HeavyVehicles(heading, of(HEAVY_CLASSES)?)))
+}
+
+/// Returns the name of a column without the zone of its times, and whether that is universal time: `Time (UTC)`, but not
+/// `Local Time` or `Time (UTC-7)`.
+fn without_zone(plain: &str) -> (&str, bool) {
+    let local = LOCAL.iter().find_map(|zone| plain.strip_suffix(zone));
+    if let Some(rest) = local.or_else(|| plain.strip_prefix("LOCAL")) {
+        return (rest, false);
+    }
+    for (before, after) in ["UTC", "GMT"].into_iter().filter_map(|zone| plain.split_once(zone)) {
+        if before.is_empty() {
+            return (after, true);
+        }
+        if after.chars().all(|c| c.is_ascii_digit()) {
+            return (before, after.chars().all(|c| c == '0'));
+        }
+    }
+    (plain, false)
+}
+
+/// Returns whether the name of a column says that its times are local.
+pub(super) fn says_local(name: &str) -> bool {
+    name.to_uppercase().contains("LOCAL")
 }
 
 /// Returns the place of a column's name among those of the intersection; the least counts.
@@ -287,6 +331,24 @@ mod tests {
         assert_eq!(holds("PED"), Some(Holds::Pedestrians(None)));
         assert_eq!(holds("Signal ID"), Some(Holds::Intersection));
         assert_eq!(holds("Start Time"), Some(Holds::Time));
+    }
+
+    #[test]
+    fn names_of_times_may_have_a_zone() {
+        for name in [
+            "Local Time", "Time (Local)", "start_time_local", "Time (MST)", "Time (CEST)",
+            "Time (UTC-7)",
+        ] {
+            assert_eq!(holds(name), Some(Holds::Time), "{name}");
+        }
+        assert_eq!(holds("Local Date"), Some(Holds::Date));
+        for name in ["Time (UTC)", "UTC Time", "Date (UTC)", "timestamp_gmt", "Time (UTC+00:00)"] {
+            assert_eq!(holds(name), Some(Holds::UniversalTime), "{name}");
+        }
+        assert_eq!(holds("End Time (UTC)"), Some(Holds::End));
+        for name in ["Time Zone", "TZ", "UTC Offset"] {
+            assert_eq!(holds(name), Some(Holds::Zone), "{name}");
+        }
     }
 
     #[test]

@@ -80,6 +80,8 @@ pub(super) struct Interval {
     pub(super) day: String,
     /// Minute of the day at which it begins; `None` in a table without times.
     pub(super) minute: Option<u32>,
+    /// The zone of the time, with offsets as [`super::clock::zone`] writes them; empty for none.
+    pub(super) zone: String,
     /// Vehicles by movement; an empty field is missing.
     pub(super) vehicles: BTreeMap<(Heading, Towards), f64>,
     /// Heavy vehicles among them, by approach, where they were counted.
@@ -111,6 +113,9 @@ pub struct Hour {
     /// Times of the period, such as `08:00 to 08:15`, that have no row between rows of their day: hours with them are not
     /// looked at on that day.
     pub missing: Vec<String>,
+    /// Days of the period with rows whose time the clock showed twice, at the end of summer time: hours with them are not
+    /// looked at on that day.
+    pub repeated: Vec<String>,
 }
 
 impl Hour {
@@ -186,11 +191,13 @@ pub(super) fn busiest(
         }
         return Ok(Hour { is_assumed: said_min.is_none(), ..sum(&[vec![first]], HOUR_MIN, None) });
     }
-    if let Some(back) = back_in_time(intervals) {
+    let (from, to) = period.map_or((0, super::clock::DAY_MIN), |p| (p.from_min, p.to_min));
+    let (rows, repeated) = shown_once(intervals, (from, to));
+    if let Some(back) = back_in_time(&rows) {
         return Err(back.into());
     }
     let mut by_time: BTreeMap<(&str, u32), &Interval> = BTreeMap::new();
-    for interval in intervals {
+    for interval in rows {
         let key = (&*interval.day, interval.minute.unwrap_or_default());
         if let Some(other) = by_time.insert(key, interval) {
             let message = format!(
@@ -214,7 +221,6 @@ pub(super) fn busiest(
         (found, None) => found.unwrap_or(HOUR_MIN),
     };
     let days: BTreeSet<&str> = by_time.keys().map(|(day, _)| *day).collect();
-    let (from, to) = period.map_or((0, super::clock::DAY_MIN), |p| (p.from_min, p.to_min));
     let starts: BTreeSet<u32> = by_time.keys().map(|(_, minute)| *minute).collect();
     let within = starts.into_iter().filter(|start| *start >= from && start + HOUR_MIN <= to);
     let missing = gaps(&by_time, step, (from, to));
@@ -228,8 +234,8 @@ pub(super) fn busiest(
         if hours.is_empty() {
             continue;
         }
-        let missing = missing.clone();
-        let hour = Hour { is_assumed, missing, ..sum(&hours, step, Some(start)) };
+        let (missing, repeated) = (missing.clone(), repeated.clone());
+        let hour = Hour { is_assumed, missing, repeated, ..sum(&hours, step, Some(start)) };
         if let Some(((heading, _), vph)) = hour.vehicles.iter().find(|(_, vph)| **vph > MOST_VPH) {
             let message = format!(
                 "{vph:.0} vehicles of one {heading} movement in an hour: expected at most {MOST_VPH}; give counts of an hour, \
@@ -250,6 +256,32 @@ pub(super) fn busiest(
         );
         Unfit::NoHour(first.line, message)
     })
+}
+
+/// Returns the rows whose time the clock shows once on their day, and the days within the period with others.
+///
+/// At the end of summer time the clock shows an hour twice, in two zones. The rows of such an hour do not follow one another,
+/// so an hour with them is not complete.
+fn shown_once(intervals: &[Interval], (from, to): (u32, u32)) -> (Vec<&Interval>, Vec<String>) {
+    let mut zones: BTreeMap<(&str, Option<u32>), BTreeSet<&str>> = BTreeMap::new();
+    for row in intervals.iter().filter(|row| !row.zone.is_empty()) {
+        zones.entry((row.day.as_str(), row.minute)).or_default().insert(row.zone.as_str());
+    }
+    let is_twice = |row: &&Interval| {
+        zones.get(&(row.day.as_str(), row.minute)).is_some_and(|zones| zones.len() > 1)
+    };
+    let (twice, once): (Vec<&Interval>, Vec<&Interval>) = intervals.iter().partition(is_twice);
+    let mut days: BTreeMap<&str, usize> = BTreeMap::new();
+    for row in twice {
+        if row.minute.is_some_and(|minute| (from..to).contains(&minute)) {
+            *days.entry(row.day.as_str()).or_default() += 1;
+        }
+    }
+    let said = |(day, rows): (&str, usize)| match day {
+        "" => format!("{rows} rows"),
+        day => format!("{day}, {rows} rows"),
+    };
+    (once, days.into_iter().map(said).collect())
 }
 
 /// Returns the times within a part of the day that lack rows, each shorter than an hour: longer ones lie between periods that
@@ -273,7 +305,7 @@ fn gaps(
 }
 
 /// Returns where the times of a day go back from the morning to what may be an afternoon without its half of the day.
-fn back_in_time(intervals: &[Interval]) -> Option<(u64, String)> {
+fn back_in_time(intervals: &[&Interval]) -> Option<(u64, String)> {
     const NOON_MIN: u32 = 720;
     let back = intervals.windows(2).find(|w| w[0].day == w[1].day && w[1].minute < w[0].minute)?;
     let before_noon =
@@ -355,8 +387,18 @@ fn sum(hours: &[Vec<&Interval>], step: u32, begin_min: Option<u32>) -> Hour {
         .filter(|(_, (_, all))| *all > 0.0)
         .map(|(h, (of, all))| (h, of / all))
         .collect();
-    let (is_assumed, missing) = (false, Vec::new());
-    Hour { begin_min, days, vehicles, quarters, heavy, pedestrians, is_assumed, empty, missing }
+    Hour {
+        begin_min,
+        days,
+        vehicles,
+        quarters,
+        heavy,
+        pedestrians,
+        is_assumed: false,
+        empty,
+        missing: Vec::new(),
+        repeated: Vec::new(),
+    }
 }
 
 #[cfg(test)]
@@ -378,6 +420,7 @@ mod tests {
             line: line as u64 + 2,
             day: (*day).to_owned(),
             minute: Some(*minute),
+            zone: String::new(),
             vehicles: BTreeMap::from([(NBT, *count)]),
             pedestrians: BTreeMap::new(),
             heavy: BTreeMap::from([(
@@ -444,6 +487,21 @@ mod tests {
                     .into()
             )
         );
+    }
+
+    #[test]
+    fn a_time_that_the_clock_shows_twice_is_in_no_hour() {
+        let counts = [("Sun", 0, 1.0), ("Sun", 60, 5.0), ("Sun", 60, 6.0), ("Sun", 120, 2.0)];
+        let mut rows = rows(&counts);
+        for (row, zone) in rows.iter_mut().zip(["-0600", "-0600", "-0700", "-0700"]) {
+            zone.clone_into(&mut row.zone);
+        }
+        let hour = busiest(&rows, None, None).unwrap();
+        assert_eq!((hour.begin_min, hour.total()), (Some(120), 2.0));
+        assert_eq!(hour.repeated, ["Sun, 2 rows"]);
+        "-0600".clone_into(&mut rows[2].zone);
+        let (line, why) = busiest(&rows, None, None).unwrap_err().into_parts();
+        assert!(line == 4 && why.starts_with("the same time as line 3"), "{why}");
     }
 
     #[test]

@@ -78,6 +78,7 @@ struct Said {
     no_hour: Vec<String>,
     empty: Vec<String>,
     missing: Vec<String>,
+    repeated: Vec<String>,
     several_days: Vec<String>,
     unclear_days: Vec<String>,
     weekend_only: Vec<String>,
@@ -344,6 +345,7 @@ impl Said {
             self.empty.push(format!("{at}: {} fields", hour.empty));
         }
         self.missing.extend(hour.missing.iter().map(|times| format!("{at}: {times}")));
+        self.repeated.extend(hour.repeated.iter().map(|day| format!("{at}: {day}")));
         if hour.total() < FEW_VEHICLES {
             self.few.push(format!("{at}: {:.1} vehicles", hour.total()));
         }
@@ -581,6 +583,10 @@ impl Said {
             (
                 "rows are missing between others, so hours with them may have been busier; add them",
                 self.missing,
+            ),
+            (
+                "times that the clock shows twice, at the end of summer time, do not count on that day",
+                self.repeated,
             ),
             ("the hour is the mean of several days", self.several_days),
             (

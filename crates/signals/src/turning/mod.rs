@@ -150,6 +150,12 @@ impl TurningCounts {
                 continue;
             }
             let Some(columns) = &columns else {
+                if let Some(zone) = universal_title(line) {
+                    return Err(at(
+                        file,
+                        Fault { line: line.number, message: universal_time(zone) },
+                    ));
+                }
                 said_min = line.fields().find_map(minutes_of_title).or(said_min);
                 continue;
             };
@@ -183,6 +189,9 @@ impl TurningCounts {
             let message = "no row with counts below the names of the columns";
             let line = lines.first().map_or(1, |line| line.number);
             return Err(at(file, Fault { line, message: message.to_owned() }));
+        }
+        if let Some(row) = universal_row(&found) {
+            return Err(at(file, Fault { line: row.line, message: universal_time(&row.zone) }));
         }
         for (id, counted) in found {
             // Mornings and evenings come in files of their own.
@@ -233,6 +242,33 @@ impl TurningCounts {
 /// Returns whether one of some lines names movements.
 pub(crate) fn names_movements(lines: &[Line]) -> bool {
     (0..lines.len()).any(|i| matches!(Columns::of(lines, i), Some(Ok(_))))
+}
+
+/// Returns what is wrong with times of a zone that is universal time.
+fn universal_time(zone: &str) -> String {
+    format!(
+        "time in the zone {zone:?} is universal time; write local time, such as 07:15 or 07:15-06:00, or remove the zone if \
+         it is local time already"
+    )
+}
+
+/// Returns the first row in universal time, unless others have another zone: then `+00:00` is the winter of a country.
+fn universal_row(found: &[(String, CountedIntersection)]) -> Option<&Interval> {
+    let rows = || found.iter().flat_map(|(_, counted)| &counted.intervals);
+    let is_local = |row: &Interval| !row.zone.is_empty() && !clock::is_universal(&row.zone);
+    if rows().any(is_local) { None } else { rows().find(|row| clock::is_universal(&row.zone)) }
+}
+
+/// Returns the zone of a title such as `Time zone: UTC`, where it is universal time.
+fn universal_title(line: &Line) -> Option<&str> {
+    let is_zone = |field: &str| field.to_lowercase().replace(' ', "").contains("timezone");
+    if !line.fields().any(is_zone) {
+        return None;
+    }
+    let mut values =
+        line.fields().map(|field| field.split_once(": ").map_or(field, |(_, value)| value));
+    // A number in another field of the line is no offset.
+    values.find(|value| value.parse::<f64>().is_err() && clock::is_universal(value))
 }
 
 /// Returns the minutes of a row that a title says, such as `15 Minute Counts`.
@@ -295,6 +331,9 @@ impl Columns {
             all.iter().map(|(i, _)| *i).filter(|i| is_word(*i, &all, &names)).collect();
         all.retain(|(i, _)| !words.contains(i));
         unused.extend(words.into_iter().map(|i| names[i].clone()));
+        if let Err(message) = keep_local(&mut all, &mut unused, &names) {
+            return Some(Err(message));
+        }
         Some(twice(&all, &names).map_or(Ok(Self { holds: best_id(all, &names), unused }), Err))
     }
 
@@ -308,12 +347,8 @@ impl Columns {
         let (mut day, mut minute) = (text(Holds::Date).unwrap_or_default().to_owned(), None);
         let of_day = clock::begin(&day);
         let timed = text(Holds::Time).unwrap_or(&day);
-        if clock::is_universal(timed) {
-            return Err(format!(
-                "time {timed:?} is universal time; write local time, such as 07:15 or 07:15-06:00, or remove the zone \
-                 if it is local time already"
-            ));
-        }
+        let own_zone = clock::zone(timed);
+        let zone = own_zone.unwrap_or_else(|| text(Holds::Zone).unwrap_or_default().to_uppercase());
         if let Some(time) = text(Holds::Time) {
             let Some((own, begin)) = clock::begin(time) else {
                 // Words are titles and totals. So is what begins with a digit, such as 5th Avenue, and stands alone.
@@ -350,6 +385,7 @@ impl Columns {
             line: line.number,
             day,
             minute,
+            zone,
             vehicles: BTreeMap::new(),
             heavy: BTreeMap::new(),
             pedestrians: BTreeMap::new(),
@@ -393,6 +429,8 @@ impl Columns {
                 Holds::Intersection
                 | Holds::Date
                 | Holds::Time
+                | Holds::UniversalTime
+                | Holds::Zone
                 | Holds::End
                 | Holds::Total(_)
                 | Holds::Shared(_) => {}
@@ -417,6 +455,36 @@ fn is_word(column: usize, all: &[(usize, Holds)], names: &[String]) -> bool {
     let opposite = Heading::ALL[(own as usize + 4) % 8];
     let is_of_street = |holds: &Holds| holds.heading().is_some_and(|h| h == own || h == opposite);
     !all.iter().any(|(i, holds)| *i != column && is_of_street(holds))
+}
+
+/// Takes columns of times to those that are not used where another column has the local time.
+///
+/// # Errors
+///
+/// A column in universal time without another one.
+fn keep_local(
+    all: &mut Vec<(usize, Holds)>,
+    unused: &mut Vec<String>,
+    names: &[String],
+) -> Result<(), String> {
+    let is_local = |column: &(usize, Holds)| header::says_local(&names[column.0]);
+    let local: Vec<Holds> = all.iter().filter(|c| is_local(c)).map(|(_, holds)| *holds).collect();
+    let universal = all.iter().find(|(_, holds)| *holds == Holds::UniversalTime);
+    let has_time = all.iter().any(|(_, holds)| *holds == Holds::Time);
+    if let Some((i, _)) = universal.filter(|_| !has_time) {
+        return Err(format!(
+            "column {} has universal time; write local time in a column Time, or call it Time if it is local time already",
+            names[*i]
+        ));
+    }
+    let is_other = |column: &(usize, Holds)| match column.1 {
+        Holds::UniversalTime => true,
+        Holds::Time | Holds::Date => local.contains(&column.1) && !is_local(column),
+        _ => false,
+    };
+    unused.extend(all.iter().filter(|c| is_other(c)).map(|(i, _)| names[*i].clone()));
+    all.retain(|column| !is_other(column));
+    Ok(())
 }
 
 /// Returns what is wrong where two columns count the same turn and do not say that it has two exits.

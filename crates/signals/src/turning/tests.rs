@@ -239,6 +239,14 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
             "{e}"
         );
     }
+    for (columns, row) in [("Time,Time Zone", "13:15,UTC"), ("Time,UTC Offset", "13:15,0")] {
+        let e = refused(&northbound(columns, &[(row, 100)]));
+        assert!(e.contains("line 2: time in the zone") && e.contains("is universal time"), "{e}");
+    }
+    let e = refused(&format!("Time zone: UTC,,\n{}", northbound("Time", &[("13:15", 100)])));
+    assert!(e.contains("line 1: time in the zone \"UTC\" is universal time"), "{e}");
+    let e = refused(&northbound("Date,Time (UTC)", &[("2026-11-05,13:15", 100)]));
+    assert!(e.contains("line 1: column Time (UTC) has universal time; write local time"), "{e}");
     let local = ["2026-11-05T00:00:00Z,07:15", "2026-11-05,07:15-06:00"].map(|row| (row, 100));
     counts(&northbound("Date,Time", &local[..1]));
     counts(&northbound("Date,Time", &local[1..]));
@@ -395,6 +403,38 @@ fn times_after_midnight_may_have_points() {
     let rows = [("0.00", 10), ("0.15", 20), ("0.30", 30), ("0.45", 40)];
     let joined = counts(&northbound("Time", &rows)).into_approaches(&cross(), &[], RIGHT).unwrap();
     assert_eq!(through(&joined), 100.0);
+}
+
+#[test]
+fn the_end_of_summer_time_is_told_by_the_zone_of_the_times() {
+    let offsets = [
+        "2026-11-01T00:00:00-06:00", "2026-11-01T01:00:00-06:00", "2026-11-01T01:00:00-07:00",
+        "2026-11-01T02:00:00-07:00",
+    ];
+    let names = ["00:00,BST", "01:00,BST", "01:00,GMT", "02:00,GMT"];
+    for (columns, times, day) in
+        [("Time", offsets, "2026-11-01, 2 rows"), ("Time,Time Zone", names, "2 rows")]
+    {
+        let rows: Vec<(&str, u32)> = times.into_iter().zip([10, 900, 800, 20]).collect();
+        let joined = counts(&northbound(columns, &rows));
+        let joined = joined.into_approaches(&cross(), &[], RIGHT).unwrap();
+        assert_eq!(through(&joined), 20.0, "{columns}");
+        let said = doubts(&joined);
+        let twice = format!("do not count on that day (intersection 7: {day})");
+        assert!(said.contains(&twice), "{said}");
+    }
+}
+
+#[test]
+fn of_several_columns_of_times_the_local_one_counts() {
+    for columns in ["Time (UTC),Local Time", "Timestamp,Local Time", "UTC Time,Time"] {
+        let joined = counts(&northbound(columns, &[("13:15:00Z,07:15", 100)]));
+        let joined = joined.into_approaches(&cross(), &[], RIGHT).unwrap();
+        assert_eq!(joined.found[1], "  busiest hour 07:15 to 08:15, 102 vehicles", "{columns}");
+        let unused = columns.split(',').next().unwrap();
+        let said = doubts(&joined);
+        assert!(said.contains(&format!("columns that are not used: {unused}")), "{said}");
+    }
 }
 
 #[test]

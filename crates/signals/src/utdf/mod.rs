@@ -20,21 +20,23 @@ use sheet::{Fault, file};
 use crate::existing::{self, Plans};
 use crate::family::doubts::Doubt;
 use crate::family::load::Uncounted;
+use crate::settings::Scenario;
 use basics::files::FileError;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 use evaluation::family::names::safe_id;
+use evaluation::settings::overrides::Override;
 pub use streets::Converted;
 use streets::{HALF_WALK, NO_PLAN};
-use tables::Tables;
+use tables::{START, Tables};
 pub use write::to_utdf;
 
 /// A network in UTDF, from one or more files.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Utdf {
     tables: Tables,
-    /// The first file, for messages about the whole.
-    file: String,
+    /// The files; messages about the whole name the first one.
+    files: Vec<String>,
     /// Side that traffic keeps to, which the format does not say.
     side: DrivingSide,
 }
@@ -71,28 +73,49 @@ impl Utdf {
             let message = "a table of turning counts, no network; give it with --turning-counts beside --utdf";
             return Err(at(file, Fault { line: 1, message: message.to_owned() }));
         }
-        if self.file.is_empty() {
-            file.clone_into(&mut self.file);
-        }
-        self.tables.add(&lines).map_err(|fault| at(file, fault))
+        self.files.push(file.to_owned());
+        self.tables.add(&lines, self.files.len() - 1).map_err(|fault| self.wrong(fault))
+    }
+
+    /// Returns the first file, which stands for the whole.
+    fn file(&self) -> &str {
+        self.files.first().map_or("", String::as_str)
+    }
+
+    /// Returns the error for what is wrong in one of the files.
+    fn wrong(&self, fault: tables::Fault) -> FamilyError {
+        let tables::Fault { spot, message } = fault;
+        let file = self.files.get(spot.file).map_or("", String::as_str);
+        at(file, Fault { line: spot.line, message })
     }
 
     /// Returns a scenario of the network's signals, which turning counts may be given to.
     ///
+    /// # Arguments
+    ///
+    /// * `overrides` — settings of the scenario; the format does not say to which side traffic keeps.
+    ///
     /// # Errors
     ///
-    /// As [`Utdf::intersections`].
-    pub fn scenario(&self) -> Result<(Uncounted, Converted), FamilyError> {
-        let converted = self.intersections()?;
-        let name = Path::new(&self.file).file_stem().unwrap_or_default().to_string_lossy();
-        let name = safe_id(&name);
+    /// As [`Utdf::intersections`], and [`FamilyError::Override`] for a setting that does not exist.
+    pub fn scenario(
+        mut self,
+        overrides: &[Override],
+    ) -> Result<(Uncounted, Converted), FamilyError> {
+        let stem = Path::new(self.file()).file_stem().unwrap_or_default();
+        let name = safe_id(&stem.to_string_lossy());
         let text = format!(
             "name = \"{name}\"\ntitle = \"Signals of {name}, from UTDF\"\n\n[family]\napproaches = \"approaches.csv\"\n"
         );
-        let scenario = toml::from_str(&text).expect("the text is a scenario");
+        let mut scenario: Scenario = toml::from_str(&text).expect("the text is a scenario");
+        for setting in overrides {
+            scenario = setting.apply(&scenario)?;
+        }
+        self.side = scenario.network.driving_side;
+        let converted = self.intersections()?;
         let intersections = converted.intersections.clone();
         let plans = Some(converted.plans.clone()).filter(|plans| !plans.all.is_empty());
-        let file = self.file.clone();
+        let file = self.file().to_owned();
         Ok((Uncounted { file, scenario, text, intersections, plans }, converted))
     }
 
@@ -110,7 +133,7 @@ impl Utdf {
             "no {}; export the network again with all sections, or give all files of version 6 (repeat --utdf){alone}",
             missing.join(" and no ")
         );
-        Err(at(&self.file, Fault { line: 1, message }))
+        Err(self.wrong(tables::Fault::new(START, message)))
     }
 }
 

@@ -9,14 +9,12 @@
 use std::collections::BTreeMap;
 
 use osm_signals::Turn;
-use sheet::Fault;
 
 use super::Utdf;
 use super::streets::number;
-use super::tables::{Cell, Cells};
+use super::tables::{Cell, Cells, Fault, START};
 use crate::existing::{Control, ExistingPlan, NamedPlan, PlanPhase, Plans, Recall};
 use crate::vocabulary::Heading;
-use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 
 /// Records of lane groups with a phase, and whether the movement yields in it.
@@ -64,13 +62,13 @@ impl Utdf {
     ///
     /// [`FamilyError::Csv`] with file and line: a cell that is no number, a plan that cannot be simulated.
     pub(super) fn plans_alone(&self) -> Result<(Plans, Vec<String>), FamilyError> {
-        let fail = |fault| at(&self.file, fault);
+        let fail = |fault| self.wrong(fault);
         self.check_network().map_err(fail)?;
         let mut half_walk = Vec::new();
-        let mut plans = Plans { file: self.file.clone(), ..Plans::default() };
+        let mut plans = Plans { file: self.file().to_owned(), ..Plans::default() };
         for ((_, id), cells) in self.tables.phases.iter().filter(|((record, _), _)| record == "brp")
         {
-            let line = cells.values().next().map_or(1, |cell| cell.line);
+            let spot = cells.values().next().map_or(START, |cell| cell.spot);
             let of_lanes = OF_LANES.iter().filter_map(|(record, _)| {
                 self.tables.lanes.get(&((*record).to_owned(), id.clone()))
             });
@@ -86,10 +84,10 @@ impl Utdf {
                     intersection: id.clone(),
                     period: String::new(),
                     plan,
-                    line,
+                    line: spot.line,
                 }),
                 Some(Err(reason)) => {
-                    return Err(fail(Fault::new(line, format!("node {id}: {reason}"))));
+                    return Err(fail(Fault::new(spot, format!("node {id}: {reason}"))));
                 }
             }
         }
@@ -184,7 +182,7 @@ impl Utdf {
             let message = format!(
                 "BRP of {column} = {text:?}: expected barrier, ring and position, such as 111"
             );
-            return Err(Fault::new(brp.line, message));
+            return Err(Fault::new(brp.spot, message));
         };
         let of_network =
             |name: &str, otherwise: f64| self.tables.of_network(name).unwrap_or(otherwise);

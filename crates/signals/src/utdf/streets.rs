@@ -17,11 +17,10 @@ use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 use osm_signals::intersections::MAX_LANES;
 use osm_signals::turn::exits_on;
-use sheet::Fault;
 
 use super::Utdf;
 use super::plans::Names;
-use super::tables::{Cell, Cells, Node, Records};
+use super::tables::{Cell, Cells, Fault, Node, Records, SETTINGS, START};
 use crate::existing::{NamedPlan, Plans};
 use crate::family::approaches::{
     self, Approach, Arrivals, Counted, Intersection, MOST_PEDESTRIANS_PER_H, MOST_VPH, check_arms,
@@ -32,7 +31,6 @@ use crate::settings::MIN_PEAK_HOUR_FACTOR;
 use crate::turning::FEW_VEHICLES;
 use crate::vocabulary::Heading;
 use basics::units::{FOOT_M, KMH_TO_MPH};
-use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 
 /// Least length of an approach, metres.
@@ -146,15 +144,18 @@ impl Utdf {
     ///
     /// [`FamilyError::Csv`] with file and line: a cell that is no number, a network without signals.
     pub fn intersections(&self) -> Result<Converted, FamilyError> {
-        self.check_network().map_err(|fault| at(&self.file, fault))?;
+        self.check_network().map_err(|fault| self.wrong(fault))?;
         let mut said = Said::default();
         let mut rows = Vec::new();
-        let mut plans = Plans { file: self.file.clone(), is_utdf: true, ..Plans::default() };
         let mut with_volumes = 0;
         let signals: Vec<&Node> =
             self.tables.nodes.iter().filter(|node| self.is_signal(node)).collect();
+        // Plans have the lines of their nodes.
+        let file = signals.first().and_then(|node| self.files.get(node.spot.file));
+        let file = file.cloned().unwrap_or_default();
+        let mut plans = Plans { file, is_utdf: true, ..Plans::default() };
         for node in &signals {
-            let made = self.signal(node, &mut said).map_err(|fault| at(&self.file, fault))?;
+            let made = self.signal(node, &mut said).map_err(|fault| self.wrong(fault))?;
             let Some((arms, names)) = made else { continue };
             let total: f64 = arms.iter().filter_map(|a| a.counted).map(|c| c.total_vph()).sum();
             let total_lanes =
@@ -177,14 +178,14 @@ impl Utdf {
             with_volumes += usize::from(total > 0.0);
             rows.push(intersection);
             let plan = self.plan(&node.id, &names, &mut said.half_walk);
-            match plan.map_err(|fault| at(&self.file, fault))? {
+            match plan.map_err(|fault| self.wrong(fault))? {
                 None => {}
                 Some(Err(reason)) => said.no_plan.push(format!("node {}: {reason}", node.id)),
                 Some(Ok(plan)) => plans.all.push(NamedPlan {
                     intersection: node.id.clone(),
                     period: String::new(),
                     plan,
-                    line: node.line,
+                    line: node.spot.line,
                 }),
             }
         }
@@ -196,7 +197,7 @@ impl Utdf {
             for why in said.left_out.iter().take(3) {
                 message = format!("{message}; {why}");
             }
-            return Err(at(&self.file, Fault { line: 1, message }));
+            return Err(self.wrong(Fault::new(START, message)));
         }
         let of_plans = match plans.all.len() {
             0 => String::new(),
@@ -211,7 +212,7 @@ impl Utdf {
         let mut doubts = said.doubts();
         if !self.tables.says_units() {
             let about = "no Metric in [Network]: lengths are read as feet and speeds as mph; Metric,1 says metres and km/h";
-            doubts.extend(Doubt::of(about, vec![self.file.clone()]));
+            doubts.extend(Doubt::of(about, vec![self.file().to_owned()]));
         }
         doubts.extend(self.unused());
         Ok(Converted { intersections: rows, found, doubts, plans })
@@ -223,22 +224,15 @@ impl Utdf {
     ///
     /// [`Fault`] at the line of one that is out of its range.
     pub(super) fn check_network(&self) -> Result<(), Fault> {
-        for (name, low, high) in [
-            ("phf", MIN_PEAK_HOUR_FACTOR, 1.0),
-            ("hv", 0.0, 1.0),
-            ("growth", 0.0, 10.0),
-            ("metric", 0.0, 1.0),
-            ("yellowtime", 1.0, 10.0),
-            ("allredtime", 0.0, 20.0),
-        ] {
-            let Some(Cell { text, line }) = self.tables.network.get(name) else { continue };
+        for (name, low, high) in SETTINGS {
+            let Some(Cell { text, spot }) = self.tables.network.get(name) else { continue };
             if text.is_empty() {
                 continue;
             }
             if !text.parse::<f64>().is_ok_and(|value| (low..=high).contains(&value)) {
                 let message =
                     format!("[Network] {name} = {text:?}: expected a number from {low} to {high}");
-                return Err(Fault { line: *line, message });
+                return Err(Fault::new(*spot, message));
             }
         }
         Ok(())
@@ -354,7 +348,7 @@ impl Utdf {
                 movements: String::new(),
                 period: String::new(),
                 counted: None,
-                line: other.line,
+                line: other.spot.line,
                 imputed: false,
             };
             give(&mut arm, &own, &ways, said);
@@ -456,17 +450,17 @@ impl Utdf {
         }
         if speed_mph > MOST_MPH || length_m > MOST_LENGTH_M {
             let key = ("speed".to_owned(), id.to_owned());
-            let line = self
+            let spot = self
                 .tables
                 .links
                 .get(&key)
                 .and_then(|c| c.get(heading.name()))
-                .map_or(1, |c| c.line);
+                .map_or(START, |c| c.spot);
             let message = format!(
                 "node {id}, {heading}: {speed_mph:.0} mph over {length_m:.0} m: expected at most {MOST_MPH} mph and \
                  {MOST_LENGTH_M} m"
             );
-            return Err(Fault::new(line, message));
+            return Err(Fault::new(spot, message));
         }
         let tenth = |value: f64| (value * 10.0).round() / 10.0;
         Ok((tenth(length_m.max(MIN_LENGTH_M)), tenth(speed_mph)))
@@ -540,11 +534,11 @@ impl Utdf {
                 match value.filter(|value| !(low..=high).contains(value)) {
                     None => Ok(value),
                     Some(value) => {
-                        let line = cells.get(column).map_or(1, |cell| cell.line);
+                        let spot = cells.get(column).map_or(START, |cell| cell.spot);
                         let message = format!(
                             "{name} of {column} = {value}: expected a number from {low} to {high}"
                         );
-                        Err(Fault::new(line, message))
+                        Err(Fault::new(spot, message))
                     }
                 }
             };
@@ -740,7 +734,7 @@ fn letter(turn: Turn) -> char {
 pub(super) fn number(cell: &Cell, record: &str) -> Result<f64, Fault> {
     let number = cell.text.parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| {
-        Fault::new(cell.line, format!("{record} = {:?}: expected a number", cell.text))
+        Fault::new(cell.spot, format!("{record} = {:?}: expected a number", cell.text))
     })
 }
 
@@ -749,7 +743,7 @@ fn whole(cell: &Cell, record: &str) -> Result<u32, Fault> {
     match number.fract() == 0.0 && (0.0..=f64::from(MAX_LANES)).contains(&number) {
         true => Ok(number as u32),
         false => Err(Fault::new(
-            cell.line,
+            cell.spot,
             format!("{record} = {number}: expected a whole number from 0 to {MAX_LANES}"),
         )),
     }

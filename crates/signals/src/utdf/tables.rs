@@ -2,17 +2,61 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sheet::Fault;
 use sheet::uneven::Line;
+
+use crate::settings::MIN_PEAK_HOUR_FACTOR;
+
+/// A line of one of the files of a network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Spot {
+    /// Number of the file, from 0.
+    pub(super) file: usize,
+    pub(super) line: u64,
+}
+
+/// Where messages about the whole network point.
+pub(super) const START: Spot = Spot { file: 0, line: 1 };
+
+/// What is wrong at a line of one of the files.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Fault {
+    pub(super) spot: Spot,
+    pub(super) message: String,
+}
+
+impl Fault {
+    /// Returns a fault.
+    pub(super) fn new(spot: Spot, message: impl Into<String>) -> Self {
+        Self { spot, message: message.into() }
+    }
+}
+
+/// Settings of the network that are read, in lower case, with the least and the largest value.
+pub(super) const SETTINGS: [(&str, f64, f64); 6] = [
+    ("phf", MIN_PEAK_HOUR_FACTOR, 1.0),
+    ("hv", 0.0, 1.0),
+    ("growth", 0.0, 10.0),
+    ("metric", 0.0, 1.0),
+    ("yellowtime", 1.0, 10.0),
+    ("allredtime", 0.0, 20.0),
+];
 
 /// Cells of a record by the names of their columns; only those that hold something.
 pub(super) type Cells = BTreeMap<String, Cell>;
 
-/// A cell with its line.
+/// A cell with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Cell {
     pub(super) text: String,
-    pub(super) line: u64,
+    pub(super) spot: Spot,
+}
+
+impl Cell {
+    /// Returns whether it has another number than a text, or another text that is no number.
+    fn differs(&self, text: &str) -> bool {
+        let number = |text: &str| text.parse::<f64>().ok();
+        self.text != text && (number(text).is_none() || number(text) != number(&self.text))
+    }
 }
 
 /// Records of a section by name, in lower case, and intersection.
@@ -22,7 +66,7 @@ pub(super) type Records = BTreeMap<(String, String), Cells>;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Node {
     pub(super) id: String,
-    pub(super) line: u64,
+    pub(super) spot: Spot,
     /// 0 signal, 1 external, 2 bend, 3 unsignalised, 4 roundabout; `None` where it is not said.
     pub(super) kind: Option<u32>,
     /// East and north of some origin, feet or metres.
@@ -82,16 +126,17 @@ const LEGS: [(&str, &str); 8] = [
 ];
 
 impl Tables {
-    /// Adds the lines of a file.
+    /// Adds the lines of a file with a number.
     ///
     /// # Errors
     ///
     /// [`Fault`] for what is no UTDF, and for a record that stands twice.
-    pub(super) fn add(&mut self, lines: &[Line]) -> Result<(), Fault> {
+    pub(super) fn add(&mut self, lines: &[Line], file: usize) -> Result<(), Fault> {
         let mut section: Option<Section> = None;
         let mut header: Option<(Section, Vec<String>)> = None;
         let mut found = false;
         for line in lines {
+            let spot = Spot { file, line: line.number };
             let first = line.text(0);
             if let Some(name) = first.strip_prefix('[').and_then(|name| name.strip_suffix(']')) {
                 let known = SECTIONS.iter().find(|(known, _)| name.eq_ignore_ascii_case(known));
@@ -103,37 +148,60 @@ impl Tables {
                 continue;
             }
             if let Some(named) = columns_of(line, section) {
-                header = Some((named, line.fields().map(str::to_owned).collect()));
+                header = Some((named, column_names(named, line, spot)?));
                 found = true;
                 continue;
             }
             // Titles stand between the name of a section and its columns.
             let Some((section, columns)) = &header else { continue };
-            self.row(*section, columns, line)?;
+            self.row(*section, columns, line, spot)?;
         }
         if found {
             return Ok(());
         }
         let message = "no UTDF: no line RECORDNAME,INTID,... or INTID,TYPE,X,Y; export the network as UTDF (CSV)";
-        Err(Fault::new(lines.first().map_or(1, |line| line.number), message))
+        Err(Fault::new(Spot { file, line: lines.first().map_or(1, |line| line.number) }, message))
     }
 
-    fn row(&mut self, section: Section, columns: &[String], line: &Line) -> Result<(), Fault> {
+    fn row(
+        &mut self,
+        section: Section,
+        columns: &[String],
+        line: &Line,
+        spot: Spot,
+    ) -> Result<(), Fault> {
         let text = |name: &str| {
             let at = columns.iter().position(|c| c.eq_ignore_ascii_case(name));
             at.map(|at| plain(line.text(at))).unwrap_or_default()
         };
         match section {
             Section::Network => {
-                let cell = Cell { text: text("DATA").to_owned(), line: line.number };
-                self.network.insert(text("RECORDNAME").to_lowercase(), cell);
+                let (name, value) = (text("RECORDNAME").to_lowercase(), text("DATA"));
+                let is_read = SETTINGS.iter().any(|(setting, ..)| *setting == name);
+                let other = self.network.get(&name).filter(|other| !other.text.is_empty());
+                match other {
+                    Some(other) if is_read && !value.is_empty() && other.differs(value) => {
+                        let message = format!(
+                            "[Network] {name} = {value:?}, but {:?} in {}; remove one",
+                            other.text,
+                            already(other.spot, spot)
+                        );
+                        return Err(Fault::new(spot, message));
+                    }
+                    Some(_) => {}
+                    None => {
+                        self.network.insert(name, Cell { text: value.to_owned(), spot });
+                    }
+                }
             }
             Section::Nodes | Section::Layout => {
                 let id = text("INTID").to_owned();
                 if let Some(other) = self.nodes.iter().find(|node| node.id == id) {
-                    let message =
-                        format!("node {id} stands in line {} already; remove one", other.line);
-                    return Err(Fault::new(line.number, message));
+                    let message = format!(
+                        "node {id} stands in {} already; remove one",
+                        already(other.spot, spot)
+                    );
+                    return Err(Fault::new(spot, message));
                 }
                 let number = |name: &str| -> Result<Option<f64>, Fault> {
                     match text(name) {
@@ -141,7 +209,7 @@ impl Tables {
                         value => match value.parse::<f64>() {
                             Ok(number) if number.is_finite() => Ok(Some(number)),
                             _ => Err(Fault::new(
-                                line.number,
+                                spot,
                                 format!("{name} = {value:?}: expected a number"),
                             )),
                         },
@@ -150,9 +218,9 @@ impl Tables {
                 let kind = number("TYPE")?.map(|kind| kind as u32);
                 let at = number("X")?.zip(number("Y")?);
                 if section == Section::Layout {
-                    self.legs(&id, line, &text);
+                    self.legs(&id, spot, &text);
                 }
-                self.nodes.push(Node { id, line: line.number, kind, at });
+                self.nodes.push(Node { id, spot, kind, at });
             }
             Section::Timing => {
                 self.unknown.insert("plans of TIMING.CSV".to_owned());
@@ -174,14 +242,22 @@ impl Tables {
                         && column != "INTID"
                         && !column.is_empty()
                     {
-                        cells.insert(column, Cell { text: value.to_owned(), line: line.number });
+                        cells.insert(column, Cell { text: value.to_owned(), spot });
                     }
                 }
                 let (name, id) = (key.0.clone(), key.1.clone());
-                // A second [Timeplans] may replace the offset.
-                if section != Section::Timeplans && records.contains_key(&key) {
+                // A second [Timeplans] may replace the offset, and repeat the rest.
+                let may_replace = |other: &Cells| {
+                    section == Section::Timeplans
+                        && (name == "offset"
+                            || match (other.get("DATA"), cells.get("DATA")) {
+                                (Some(other), Some(cell)) => !other.differs(&cell.text),
+                                (other, cell) => other.is_none() && cell.is_none(),
+                            })
+                };
+                if records.get(&key).is_some_and(|other| !may_replace(other)) {
                     let message = format!("record {name} of node {id} stands twice; remove one");
-                    return Err(Fault::new(line.number, message));
+                    return Err(Fault::new(spot, message));
                 }
                 records.insert(key, cells);
             }
@@ -190,7 +266,7 @@ impl Tables {
     }
 
     /// Adds the legs of a node of version 6.
-    fn legs<'t>(&mut self, id: &str, line: &Line, text: &dyn Fn(&str) -> &'t str) {
+    fn legs<'t>(&mut self, id: &str, spot: Spot, text: &dyn Fn(&str) -> &'t str) {
         for (record, column) in [("up id", 0), ("name", 1)] {
             let mut cells = Cells::new();
             for (leg, heading) in LEGS {
@@ -198,10 +274,7 @@ impl Tables {
                 let name = if column == 0 { leg.to_owned() } else { leg.replace("ID", "NAME") };
                 let value = text(&name);
                 if !value.is_empty() && value != "0" {
-                    cells.insert(
-                        heading.to_owned(),
-                        Cell { text: value.to_owned(), line: line.number },
-                    );
+                    cells.insert(heading.to_owned(), Cell { text: value.to_owned(), spot });
                 }
             }
             self.links.insert((record.to_owned(), id.to_owned()), cells);
@@ -243,6 +316,30 @@ impl Tables {
 /// Returns whether a line names the columns of records.
 pub(super) fn has_records(lines: &[Line]) -> bool {
     lines.iter().any(|line| line.text(0).eq_ignore_ascii_case("RECORDNAME"))
+}
+
+/// Returns the names of the columns of a section. The values of `[Network]` and `[Timeplans]` are in `DATA`, which some
+/// programs call `Value`.
+fn column_names(section: Section, line: &Line, spot: Spot) -> Result<Vec<String>, Fault> {
+    let mut columns: Vec<String> = line.fields().map(str::to_owned).collect();
+    if !matches!(section, Section::Network | Section::Timeplans) {
+        return Ok(columns);
+    }
+    let find = |name: &str| columns.iter().position(|column| column.eq_ignore_ascii_case(name));
+    let Some(at) = find("DATA").or_else(|| find("VALUE")) else {
+        let message = "no column DATA with the values of the records; call it so";
+        return Err(Fault::new(spot, message));
+    };
+    "DATA".clone_into(&mut columns[at]);
+    Ok(columns)
+}
+
+/// Returns the name of a place where a value stands that comes again.
+fn already(first: Spot, second: Spot) -> String {
+    match first.file == second.file {
+        true => format!("line {}", first.line),
+        false => format!("line {} of another file", first.line),
+    }
 }
 
 /// Returns a value without the star of what somebody entered.

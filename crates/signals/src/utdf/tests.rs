@@ -91,6 +91,26 @@ fn metric_networks_have_metres_and_km_h() {
 }
 
 #[test]
+fn settings_may_be_values_instead_of_data() {
+    let text =
+        TWO.replace("Metric,0", "Metric,1").replacen("RECORDNAME,DATA", "RecordName,Value", 1);
+    let converted = read(&text).intersections().unwrap();
+    assert_eq!(converted.intersections[0].arms[0].length_m, 1200.0);
+}
+
+#[test]
+fn traffic_keeps_to_the_side_that_the_scenario_says() {
+    let text = TWO.replace("RECORDNAME,INTID,NBL,", "RECORDNAME,INTID,NBU,");
+    // A U-turn goes across opposing traffic: this one leads to the left, and its name says right in left-hand traffic.
+    for (settings, is_renamed) in [("", false), ("network.driving_side=left", true)] {
+        let settings: Vec<_> = settings.parse::<Override>().into_iter().collect();
+        let (uncounted, converted) = read(&text).scenario(&settings).unwrap();
+        assert_eq!(said(&converted).contains("node 1 NBU is left"), is_renamed);
+        assert_eq!(uncounted.scenario.network.driving_side == DrivingSide::Left, is_renamed);
+    }
+}
+
+#[test]
 fn the_files_of_version_6_are_read_together() {
     let layout = "Layout Data\nINTID,INTNAME,TYPE,X,Y,NID,SID,EID,WID,NNAME,SNAME,ENAME,WNAME\n\
         1,a,0,0,0,11,12,13,14,Oak,Oak,Main,Main\n11,,1,0,900,,1,,,,,,\n12,,1,0,-900,1,,,,,,,\n13,,1,900,0,,,,1,,,,\n\
@@ -99,6 +119,13 @@ fn the_files_of_version_6_are_read_together() {
         Lanes,1,0,1,0,0,1,0,1,2,0,1,2,0,\nShared,1,0,3,,0,3,,0,2,,0,2,,\nVolume,1,10,100,20,30,90,15,40,500,60,35,450,25,\n\
         Distance,1,,900,,,900,,,900,,,900,,\nSpeed,1,,30,,,30,,,40,,,40,,\n";
     let mut utdf = read(layout);
+    let e = {
+        let lanes = lanes.replace("Volume,1,10", "Volume,1,many");
+        let mut utdf = utdf.clone();
+        utdf.add(lanes.as_bytes(), "LANES.CSV").unwrap();
+        utdf.intersections().unwrap_err().to_string()
+    };
+    assert_eq!(e, "LANES.CSV, line 5: volume = \"many\": expected a number");
     assert!(utdf.complete().unwrap_err().to_string().contains("no lanes ([Lanes] or LANES.CSV)"));
     utdf.add(lanes.as_bytes(), "LANES.CSV").unwrap();
     utdf.complete().unwrap();
@@ -187,6 +214,13 @@ fn wrong_values_and_signals_with_nothing_to_decide_are_named() {
     assert!(e.contains("no lanes ([Lanes] or LANES.CSV); export the network again"), "{e}");
     let e = refused(&TWO.replace("HV,0.02", "HV,2"));
     assert!(e.starts_with("n.csv, line 10: [Network] hv = \"2\""), "{e}");
+    let e = refused(&TWO.replace("Metric,0", "Metric,0\nMetric,1"));
+    assert_eq!(e, "n.csv, line 6: [Network] metric = \"1\", but \"0\" in line 5; remove one");
+    read(&TWO.replace("Metric,0", "Metric,0\nMetric,0.0\nScenarioTime,8:15 am"));
+    let e = refused(&TWO.replace("Cycle Length,1,100.0", "Cycle Length,1,100\nCycle Length,1,90"));
+    assert!(e.contains("record cycle length of node 1 stands twice; remove one"), "{e}");
+    let e = refused(&TWO.replacen("RECORDNAME,DATA", "RECORDNAME,NUMBER", 1));
+    assert!(e.contains("line 3: no column DATA with the values of the records; call it so"), "{e}");
     let e = refused(&TWO.replace("Metric,0", "Metric,Yes"));
     assert!(e.starts_with("n.csv, line 5: [Network] metric"), "{e}");
     let two_links = TWO.replace("Up ID,2,21,,1,22", "Up ID,2,,,1,22");

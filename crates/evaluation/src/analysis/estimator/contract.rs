@@ -10,7 +10,7 @@ use crate::sample::Design;
 use crate::stats::quantile::{central, central_about, containing};
 use crate::stats::summary::{MeanOfScores, Statistics};
 use crate::stats::{
-    Bootstrap, Direction, PointObjectives, Resampling, StatsError, bootstrap_all, stretch,
+    Bootstrap, Direction, PointObjectives, Resampling, StatsError, bootstrap_all, degrees, stretch,
 };
 
 /// What an estimator knows of a sample beside the scores.
@@ -65,8 +65,9 @@ pub struct Estimate {
     pub resamples: Vec<f64>,
     /// Share of such intervals that may miss what they are of.
     pub alpha: f64,
-    /// By which factor intervals are wider than the resamples, because seeds are few.
-    pub stretch: f64,
+    /// Degrees of freedom of the mean over seeds, where these alone make the spread: intervals are stretched for few of them
+    /// ([`stretch`]).
+    pub degrees: Option<f64>,
 }
 
 /// A way from the scores on a sample to the whole family.
@@ -209,27 +210,29 @@ impl Estimator {
 
 impl Estimate {
     /// Returns an estimate with the percentiles of its resamples, of which a share `alpha` may miss what they are of.
-    pub fn of(bootstrap: Bootstrap, (alpha, stretch): (f64, f64)) -> Self {
+    pub fn of(bootstrap: Bootstrap, (alpha, degrees): (f64, Option<f64>)) -> Self {
         let Bootstrap { estimate: value, resamples } = bootstrap;
         let interval = central(&resamples, alpha);
-        Self { value, interval, centre: value, resamples, alpha, stretch }
+        Self { value, interval, centre: value, resamples, alpha, degrees }
     }
 
     /// Returns the estimate of a mean: its resamples lie about it, and the interval is that of [`central_about`].
-    pub fn of_mean(bootstrap: Bootstrap, (alpha, stretch): (f64, f64)) -> Self {
-        let of = Self::of(bootstrap.centred(), (alpha, stretch));
+    pub fn of_mean(bootstrap: Bootstrap, (alpha, degrees): (f64, Option<f64>)) -> Self {
+        let of = Self::of(bootstrap.centred(), (alpha, degrees));
         Self { interval: of.about(alpha), ..of }
     }
 
     /// Returns the interval about the estimate that may miss what it is of with this probability.
     pub fn about(&self, alpha: f64) -> Option<(f64, f64)> {
-        let about = central_about(self.centre, &self.resamples, (alpha, self.stretch));
+        let spread = (alpha, stretch(self.degrees, alpha));
+        let about = central_about(self.centre, &self.resamples, spread);
         about.map(|interval| containing(interval, self.value))
     }
 
-    /// Returns the same with intervals that are wider than the resamples by this factor.
-    pub fn stretched(self, stretch: f64) -> Self {
-        let of = Self { stretch, ..self };
+    /// Returns the same with intervals that are stretched for other degrees of freedom.
+    #[must_use]
+    pub fn with_degrees(self, degrees: Option<f64>) -> Self {
+        let of = Self { degrees, ..self };
         Self { interval: of.about(of.alpha), ..of }
     }
 
@@ -245,7 +248,8 @@ impl Estimate {
     /// both methods met the same seeds. Only meaningful for the same point MDPs and equally seeded generators.
     pub fn difference(&self, other: &Self) -> Self {
         let bootstrap = |e: &Self| Bootstrap { estimate: e.centre, resamples: e.resamples.clone() };
-        let spread = (self.alpha, self.stretch.max(other.stretch));
+        let fewest = [self.degrees, other.degrees].into_iter().flatten().min_by(f64::total_cmp);
+        let spread = (self.alpha, fewest);
         let of = Self::of_mean(bootstrap(self).difference(&bootstrap(other)), spread);
         let value = other.value - self.value;
         Self { value, interval: of.interval.map(|interval| containing(interval, value)), ..of }
@@ -280,8 +284,8 @@ pub(super) fn estimates(
     let count = (sample.method, sample.resamples);
     let all = bootstrap_all(scores, resampling, rng, count, statistics)?;
     // Of a sample, the choice of point MDPs makes most of the variance, and has its own degrees of freedom.
-    let stretch = if resampling.draws_points() { 1.0 } else { stretch(scores, sample.alpha) };
-    let spread = (sample.alpha, stretch);
+    let degrees = if resampling.draws_points() { None } else { degrees(scores) };
+    let spread = (sample.alpha, degrees);
     let (means, others) = (Estimate::of_mean, Estimate::of);
     let estimate =
         |(i, b)| Some(if i < statistics.means() { means(b?, spread) } else { others(b?, spread) });

@@ -29,7 +29,7 @@ mod tests {
 
     use super::super::contract::{Chosen, Estimate, Estimator};
     use super::*;
-    use crate::stats::{Direction, improvement, stretch};
+    use crate::stats::{Direction, degrees, improvement};
 
     const FAMILY: usize = 60;
 
@@ -42,6 +42,23 @@ mod tests {
             PointObjectives { weight: 1.0, draws: 1, method, baseline: vec![10.0, 10.1] }
         };
         (0..FAMILY).map(of).collect()
+    }
+
+    /// Returns the estimate of a whole family, whose intervals may miss with this probability.
+    fn whole(objectives: &[PointObjectives], alpha: f64) -> Estimate {
+        let sample = Sample {
+            family_size: FAMILY,
+            chosen: FAMILY,
+            method: 0,
+            name: "m",
+            learned_once: false,
+            points: &[],
+            design: None,
+            resamples: 400,
+            alpha,
+        };
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        Estimator::Whole.estimate(sample, objectives, &mut rng).unwrap()
     }
 
     /// Of 100 intervals, how many hold the mean over all trainings that there could be.
@@ -96,23 +113,9 @@ mod tests {
                 ..x.clone()
             })
             .collect();
-        let of = |objectives: &[PointObjectives]| {
-            let sample = Sample {
-                family_size: FAMILY,
-                chosen: FAMILY,
-                method: 0,
-                name: "m",
-                learned_once: false,
-                points: &[],
-                design: None,
-                resamples: 400,
-                alpha: 0.05,
-            };
-            let mut rng = ChaCha8Rng::seed_from_u64(1);
-            Estimator::Whole.estimate(sample, objectives, &mut rng).unwrap()
-        };
-        let direct = of(&differences);
-        let apart = of(&x).ahead(&of(&y), Direction::Lower).stretched(stretch(&differences, 0.05));
+        let direct = whole(&differences, 0.05);
+        let apart = whole(&x, 0.05).ahead(&whole(&y, 0.05), Direction::Lower);
+        let apart = apart.with_degrees(degrees(&differences));
         let ends = |e: &Estimate| {
             let (low, high) = e.interval.unwrap();
             [low, e.value, high]
@@ -121,5 +124,20 @@ mod tests {
         for (a, b) in ends(&direct).into_iter().zip(ends(&apart)) {
             assert!((a - b).abs() < 1e-12, "{direct:?} {apart:?}");
         }
+    }
+
+    #[test]
+    fn an_interval_at_another_level_is_stretched_for_that_level() {
+        let noisy = |i: usize| PointObjectives {
+            weight: 1.0,
+            draws: 1,
+            method: vec![vec![8.0 + (i % 5) as f64, 12.0, 9.0]],
+            baseline: vec![10.0; 3],
+        };
+        let scores: Vec<PointObjectives> = (0..FAMILY).map(noisy).collect();
+        let (of_look, plain) = (whole(&scores, 0.025), whole(&scores, 0.05));
+        assert!(plain.degrees.is_some() && plain.interval.is_some());
+        assert_eq!(of_look.about(0.05), plain.interval);
+        assert_eq!(plain.about(0.025), of_look.interval);
     }
 }
