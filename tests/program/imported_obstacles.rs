@@ -109,7 +109,8 @@ fn what_sumo_itself_refuses_is_said_with_the_rest() {
     let net = fs::read_to_string(folder.join("n.xml")).unwrap();
     let newer = net.replacen("<net ", "<!-- Eclipse SUMO netconvert Version 9.87.0 -->\n<net ", 1);
     fs::write(folder.join("n.xml"), newer).unwrap();
-    let unknown = "<routes><route id='r' edges='nowhere'/></routes>";
+    let unknown = "<routes><route id='r' edges='nowhere'/><vehicle id='v' depart='triggered' \
+                   route='r'/></routes>";
     fs::write(folder.join("wrong.xml"), unknown).unwrap();
     let options = "<net-file value='n.xml'/><routes value='wrong.xml'/>";
     fs::write(folder.join("a.sumocfg"), format!("<c>{options}</c>")).unwrap();
@@ -119,6 +120,22 @@ fn what_sumo_itself_refuses_is_said_with_the_rest() {
     assert!(said.contains("a.sumocfg: SUMO cannot load it"), "{said}");
     assert!(said.contains("n.xml was written by SUMO 9.87, and SUMO"), "{said}");
     assert!(said.contains("docs/install.md says how to use another SUMO"), "{said}");
+}
+
+#[test]
+fn a_scenario_of_people_alone_is_refused_by_a_run_and_shows_its_signals() {
+    let (folder, lane) = city();
+    let folder = folder.path();
+    let edge = lane.split('_').next().unwrap();
+    let walks = format!("<person id='p' depart='0'><walk edges='{edge}'/></person>");
+    fs::write(folder.join("r.xml"), format!("<routes>{walks}</routes>")).unwrap();
+    configure(folder, "<net-file value='n.xml'/><routes value='r.xml'/>");
+    let before = files(folder);
+    let said = error(folder, &format!("{RUN} out"), 2);
+    let expected = "a.sumocfg: none of its files has a vehicle, only people or containers (r.xml)";
+    assert!(said.contains(expected), "{said}");
+    assert_eq!(files(folder), before, "nothing is written");
+    succeed(folder, "signals a.sumocfg");
 }
 
 #[test]
