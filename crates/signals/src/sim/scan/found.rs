@@ -37,6 +37,8 @@ pub struct Scanned {
     pub outputs: Option<(u32, String)>,
     /// What counts in place of what it says, in words.
     pub notes: Vec<String>,
+    /// What measures on lanes in a row, such as `signal A0`: programs of some types, and detectors.
+    pub measures_lanes: Vec<String>,
     /// Whether it has a vehicle, or something that SUMO makes one of.
     pub has_vehicles: bool,
     /// Whether it has people or containers.
