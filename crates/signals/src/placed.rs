@@ -30,9 +30,8 @@ use crate::vocabulary::Heading;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 
-/// Arms between which no street goes straight on are opposite if their bearings are further apart than this, degrees: those
-/// of streets that cross at an angle of 60 degrees are not. Where one of the two arms has no way straight on, as in a Y, they
-/// are so from this angle on.
+/// Arms between which no street goes straight on are opposite if their bearings are so far apart, degrees: those of a Y are,
+/// those of streets that cross at an angle of more than 60 degrees are not.
 const LEAST_OPPOSITE_DEG: f64 = 120.0;
 
 /// Most names that a message lists.
@@ -558,14 +557,11 @@ fn turns_across(
     let leads = |from: usize, to: usize| {
         all.iter().any(|m| (m.from, m.to, m.turn) == (from, to, Turn::Through))
     };
-    let goes_on = |from: usize| all.iter().any(|m| (m.from, m.turn) == (from, Turn::Through));
     let bearing_deg = |arm: usize| spec.arms[arm].bearing_deg;
     let apart_deg = turn_degrees(bearing_deg(own.from), bearing_deg(other.from)).abs();
-    let is_wide = match goes_on(own.from) && goes_on(other.from) {
-        true => apart_deg > LEAST_OPPOSITE_DEG,
-        false => apart_deg >= LEAST_OPPOSITE_DEG,
-    };
-    let is_opposite = leads(own.from, other.from) || leads(other.from, own.from) || is_wide;
+    let is_opposite = leads(own.from, other.from)
+        || leads(other.from, own.from)
+        || apart_deg >= LEAST_OPPOSITE_DEG;
     own.turn == Turn::Left && is_opposite
 }
 
@@ -754,9 +750,9 @@ mod tests {
         assert_eq!(tried(&wye, &["NEL NER SBR sbl", "NWL NWR"]), nothing);
         let (e, _) = tried(&wye, &["NEL NER SBR SBL", "NWL NWR"]);
         assert!(e.contains("phase 2 has NEL and SBL, which cross"), "{e}");
-        // Streets that cross at an angle of 60 degrees.
+        // Streets that cross at an angle of 62 degrees.
         let phases = ["NBT NBR swl", "NBL", "SBL SBT SBR", "NEL NET NER", "SWT SWR"];
-        let (e, said) = tried(&[0.0, 60.0, 180.0, 240.0], &phases);
+        let (e, said) = tried(&[0.0, 62.0, 180.0, 242.0], &phases);
         assert!(said.contains("phase 2 has NBT and SWL, which cross, and SWL yields"), "{e}{said}");
     }
 
