@@ -1,7 +1,5 @@
 //! Which arm of an intersection a direction of travel belongs to.
 
-use std::collections::BTreeMap;
-
 use osm_signals::angle::turn_degrees;
 
 use super::header::Heading;
@@ -33,14 +31,9 @@ pub(crate) struct Matching {
 /// * `taken` — arms that other directions have.
 pub(crate) fn matched_arms(headings: &[Heading], arms: &[Approach], taken: &[usize]) -> Matching {
     let incoming: Vec<usize> = (0..arms.len()).filter(|i| arms[*i].lanes_in > 0).collect();
-    let said = |i: &usize| {
-        let first = arms[*i].arm.split_whitespace().next().unwrap_or_default();
-        Heading::ALL.into_iter().find(|heading| heading.name() == first)
-    };
-    let by_name: BTreeMap<Heading, usize> =
-        incoming.iter().filter_map(|i| Some((said(i)?, *i))).collect();
-    if by_name.len() == incoming.len() {
-        let arms = headings.iter().map(|heading| by_name.get(heading).copied()).collect();
+    if let Some(told) = Heading::told(incoming.iter().map(|i| arms[*i].arm.as_str())) {
+        let place = |heading: &Heading| told.iter().position(|other| other == heading);
+        let arms = headings.iter().map(|heading| place(heading).map(|i| incoming[i])).collect();
         return Matching { arms, is_ambiguous: false };
     }
     let free: Vec<usize> = incoming.into_iter().filter(|i| !taken.contains(i)).collect();
