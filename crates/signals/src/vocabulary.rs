@@ -10,6 +10,9 @@ use osm_signals::{DrivingSide, Turn};
 /// Width of a lane of which a network says nothing, metres (SUMO's default).
 pub const DEFAULT_LANE_WIDTH_M: f64 = 3.2;
 
+/// Most degrees between a direction of travel that has a name and the way in which vehicles travel that it may be.
+pub const MOST_OFF_DEG: f64 = 80.0;
+
 /// The order in which engineers list directions, and turns.
 const ORDER: ([&str; 8], &str) = (["NB", "SB", "EB", "WB", "NE", "NW", "SE", "SW"], "LTR");
 

@@ -4,9 +4,7 @@ use osm_signals::angle::turn_degrees;
 
 use super::header::Heading;
 use crate::family::approaches::Approach;
-
-/// Most degrees between the compass direction that a count names and the way in which the arm leads.
-const MOST_DEG: f64 = 80.0;
+use crate::vocabulary::MOST_OFF_DEG;
 
 /// Cost of a direction without an arm, as if it were so many degrees off.
 const WITHOUT_DEG: f64 = 120.0;
@@ -75,7 +73,7 @@ impl Search<'_> {
         };
         for (arm, bearing_deg) in self.bearings_deg.iter().enumerate() {
             let off_deg = turn_degrees(heading.degrees(), bearing_deg + 180.0).abs();
-            if off_deg > MOST_DEG || chosen.contains(&Some(arm)) {
+            if off_deg > MOST_OFF_DEG || chosen.contains(&Some(arm)) {
                 continue;
             }
             chosen.push(Some(arm));
