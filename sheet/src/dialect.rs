@@ -32,6 +32,13 @@ pub(super) fn reader<R: std::io::Read>(separator: u8, text: R) -> csv::Reader<R>
     builder.from_reader(text)
 }
 
+/// Returns a field without the apostrophe before what begins like a formula, with which tables are written so that no
+/// spreadsheet computes it.
+pub(super) fn uncomputed(field: &str) -> &str {
+    let text = field.strip_prefix('\'').filter(|text| text.starts_with(['=', '+', '-', '@']));
+    text.unwrap_or(field)
+}
+
 /// Returns the separator that Excel writes into a line of its own, and the bytes of that line.
 pub(super) fn said(text: &str) -> Option<(u8, usize)> {
     let line = text.lines().next()?;

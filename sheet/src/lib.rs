@@ -54,9 +54,9 @@ pub struct Row {
 }
 
 impl Row {
-    /// Returns a field without the blanks around it.
+    /// Returns a field without the blanks around it, and without the apostrophe before what begins like a formula.
     pub fn text(&self, column: usize) -> &str {
-        self.fields.get(column).unwrap_or_default()
+        dialect::uncomputed(self.fields.get(column).unwrap_or_default())
     }
 
     /// Returns a field's number; `None` if the field is empty.

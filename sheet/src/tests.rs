@@ -57,6 +57,17 @@ fn every_encoding_of_unicode_is_read_with_or_without_a_mark() {
 }
 
 #[test]
+fn the_apostrophe_before_what_begins_like_a_formula_is_no_part_of_it() {
+    let text = "id,street\n'=1+1,'tis\n'-5th,'5th\n";
+    let mut sheet = Sheet::of(text).unwrap();
+    let row = sheet.next_row().unwrap().unwrap();
+    assert_eq!((row.text(0), row.text(1)), ("=1+1", "'tis"));
+    let row = sheet.next_row().unwrap().unwrap();
+    assert_eq!((row.text(0), row.text(1)), ("-5th", "'5th"));
+    assert_eq!(uneven::lines(text.as_bytes()).unwrap()[1].text(0), "=1+1");
+}
+
+#[test]
 fn what_is_no_text_is_named() {
     let error = |bytes: &[u8]| rows(bytes).unwrap_err();
     assert!(

@@ -25,9 +25,9 @@ pub struct Line {
 }
 
 impl Line {
-    /// Returns a field; empty beyond the last one.
+    /// Returns a field, without the apostrophe before what begins like a formula; empty beyond the last one.
     pub fn text(&self, column: usize) -> &str {
-        self.fields.get(column).unwrap_or_default()
+        dialect::uncomputed(self.fields.get(column).unwrap_or_default())
     }
 
     /// Returns all fields.

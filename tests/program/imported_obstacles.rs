@@ -109,16 +109,76 @@ fn what_sumo_itself_refuses_is_said_with_the_rest() {
     let net = fs::read_to_string(folder.join("n.xml")).unwrap();
     let newer = net.replacen("<net ", "<!-- Eclipse SUMO netconvert Version 9.87.0 -->\n<net ", 1);
     fs::write(folder.join("n.xml"), newer).unwrap();
-    let unknown = "<routes><route id='r' edges='nowhere'/></routes>";
+    let unknown = "<routes><route id='r' edges='nowhere'/><vehicle id='v' depart='triggered' \
+                   route='r'/></routes>";
     fs::write(folder.join("wrong.xml"), unknown).unwrap();
     let options = "<net-file value='n.xml'/><routes value='wrong.xml'/>";
     fs::write(folder.join("a.sumocfg"), format!("<c>{options}</c>")).unwrap();
     let said = refused(folder);
     assert!(said.starts_with("error: 2 things are in the way:\n"), "{said}");
     assert!(said.contains("a.sumocfg: no end; pass --end 3600"), "{said}");
-    assert!(said.contains("a.sumocfg: SUMO cannot load it"), "{said}");
+    assert!(said.contains("a.sumocfg: SUMO cannot load it: The edge 'nowhere'"), "{said}");
     assert!(said.contains("n.xml was written by SUMO 9.87, and SUMO"), "{said}");
     assert!(said.contains("docs/install.md says how to use another SUMO"), "{said}");
+}
+
+/// Two edges before a delay-based signal whose lengths differ by less than SUMO tells apart: on its detector over both a
+/// build of SUMO with assertions crashes.
+const NEARLY_AS_LONG: [(&str, &str); 2] = [
+    (
+        "n.nod.xml",
+        "<nodes><node id='a' x='-200' y='0'/><node id='b' x='-100' y='0'/><node id='s' x='0' y='-100'/>\
+         <node id='c' x='0' y='0' type='traffic_light' tlType='delay_based'/><node id='d' x='100' y='0'/></nodes>",
+    ),
+    (
+        "n.edg.xml",
+        "<edges><edge id='ab' from='a' to='b' length='50.43'/><edge id='bc' from='b' to='c' length='50.38'/>\
+         <edge id='cd' from='c' to='d'/><edge id='sc' from='s' to='c'/></edges>",
+    ),
+];
+
+#[test]
+fn a_scenario_that_sumo_crashes_on_is_named_with_the_rest() {
+    let (folder, _) = city();
+    let folder = folder.path();
+    for (name, text) in NEARLY_AS_LONG {
+        fs::write(folder.join(name), text).unwrap();
+    }
+    let made = Command::new("netconvert")
+        .args(["-n", "n.nod.xml", "-e", "n.edg.xml", "-o", "n.xml", "-X", "never"])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    assert!(made.status.success(), "{}", stderr(&made));
+    fs::write(folder.join("r.xml"), "<routes><trip id='t' depart='0' from='ab' to='cd'/></routes>")
+        .unwrap();
+    configure(folder, "<net-file value='n.xml'/><routes value='r.xml'/>");
+    if run(folder, "signals a.sumocfg").status.success() {
+        // A build without assertions loads it.
+        return;
+    }
+    let said = refused(folder);
+    assert!(said.contains("a.sumocfg: SUMO crashes on it ("), "{said}");
+    assert!(said.contains("another length (n.xml: signal c)"), "{said}");
+    fs::write(folder.join("a.sumocfg"), "<c><net-file value='n.xml'/><r v='r.xml'/></c>").unwrap();
+    let said = refused(folder);
+    assert!(said.contains("no end;") && said.contains("SUMO crashes on it ("), "{said}");
+}
+
+#[test]
+fn a_scenario_of_people_alone_is_refused_by_a_run_and_shows_its_signals() {
+    let (folder, lane) = city();
+    let folder = folder.path();
+    let edge = lane.split('_').next().unwrap();
+    let walks = format!("<person id='p' depart='0'><walk edges='{edge}'/></person>");
+    fs::write(folder.join("r.xml"), format!("<routes>{walks}</routes>")).unwrap();
+    configure(folder, "<net-file value='n.xml'/><routes value='r.xml'/>");
+    let before = files(folder);
+    let said = error(folder, &format!("{RUN} out"), 2);
+    let expected = "a.sumocfg: none of its files has a vehicle, only people or containers (r.xml)";
+    assert!(said.contains(expected), "{said}");
+    assert_eq!(files(folder), before, "nothing is written");
+    succeed(folder, "signals a.sumocfg");
 }
 
 #[test]

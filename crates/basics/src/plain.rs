@@ -27,7 +27,7 @@ pub fn plain(text: &str) -> Cow<'_, str> {
 }
 
 /// Returns a text as a cell of a table, which no spreadsheet takes for a formula: one that begins like a formula gets an
-/// apostrophe before it, unless it is a number.
+/// apostrophe before it, unless it is a number. `sheet` reads it without the apostrophe.
 ///
 /// Source: OWASP, "CSV Injection".
 pub fn cell(text: &str) -> Cow<'_, str> {

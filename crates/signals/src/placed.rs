@@ -4,14 +4,18 @@
 //!   those of UTDF do, that direction counts, else the compass.
 //! - **Several exits on one side**: `NBL` is all of them. Where the plan has `NBL2` too, as plans of methods have, `NBL` is the
 //!   first of their links and `NBL2` the others, as in results.
+//! - **Names of results** have the turns that SUMO sees. Of two exits that are nearly straight on, it may take the other one for
+//!   straight on than the network does. Where a plan has a name for each exit of an approach, these are in the order of the links.
 //! - **Right turns without a phase** go with the through movement of their approach, and left turns from shared lanes yield
 //!   in its phases. This is said, unless the right turn shares a lane with it. Any other movement needs a phase.
 //! - **Movements that cross** may not both have the right of way. Where one yields that is no left turn across opposing
 //!   traffic, this is said. Right turns are no part of this: they yield.
 
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
 use osm_signals::angle::{normalise_degrees, turn_degrees};
+use osm_signals::turn::THROUGH_LIMIT_DEG;
 use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
@@ -26,13 +30,12 @@ use crate::network::movements::ArmMovement;
 use crate::network::plain::SIGNAL;
 use crate::settings::Detail;
 use crate::turning::{matched_arms, meant};
-use crate::vocabulary::Heading;
+use crate::vocabulary::{Heading, movement_names, number_in, on_side};
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 
-/// Arms between which no street goes straight on are opposite if their bearings are further apart than this, degrees: those
-/// of streets that cross at an angle of 60 degrees are not. Where one of the two arms has no way straight on, as in a Y, they
-/// are so from this angle on.
+/// Arms between which no street goes straight on are opposite if their bearings are so far apart, degrees: those of a Y are,
+/// those of streets that cross at an angle of more than 60 degrees are not.
 const LEAST_OPPOSITE_DEG: f64 = 120.0;
 
 /// Most names that a message lists.
@@ -237,18 +240,13 @@ fn of_states(
     let intersection = first(members);
     let layout = layout(spec).map_err(|e| e.to_string())?;
     let headings = headings(intersection, side).map_err(fail)?;
-    let movements = layout.connections.iter().map(|c| c.movement);
-    let mut links: Vec<(usize, ArmMovement)> =
-        link_order(spec, &layout).into_iter().zip(movements).collect();
-    links.sort_unstable();
-    let mut names = BTreeMap::new();
-    for (link, movement) in &links {
-        let same = |m: &ArmMovement| (m.from, m.turn) == (movement.from, movement.turn);
-        let is_first = links.iter().find(|(_, m)| same(m)).is_none_or(|(_, m)| m == movement);
-        let turn = on_side(movement.turn, side).letter();
-        let second = if is_first { "" } else { "2" };
-        names.insert(*link, format!("{}{turn}{second}", headings[&movement.from]));
-    }
+    let movements = by_link(spec, &layout);
+    let way = |m: &ArmMovement| (headings[&m.from], on_side(m.turn, side));
+    let told = movement_names(movements.iter().map(way));
+    let name_of: BTreeMap<ArmMovement, String> = movements.into_iter().zip(told).collect();
+    let of_links = layout.connections.iter().map(|c| name_of[&c.movement].clone());
+    let names: BTreeMap<usize, String> =
+        link_order(spec, &layout).into_iter().zip(of_links).collect();
     let letters = program.phases[0].state.len();
     if letters != names.len() {
         let links: Vec<&str> = names.values().map(String::as_str).collect();
@@ -281,25 +279,15 @@ fn headings(
     side: DrivingSide,
 ) -> Result<BTreeMap<usize, Heading>, String> {
     let incoming = || intersection.arms.iter().filter(|arm| arm.lanes_in > 0);
-    let said: Option<BTreeSet<Heading>> = incoming()
-        .map(|arm| {
-            let first = arm.arm.split_whitespace().next().unwrap_or_default();
-            Heading::ALL.into_iter().find(|heading| heading.name() == first)
-        })
-        .collect();
-    let nearest = |parts: usize| -> BTreeSet<Heading> {
-        let step_deg = 360.0 / parts as f64;
-        let way_deg = |bearing_deg: f64| normalise_degrees(bearing_deg + 180.0);
-        let part = |bearing_deg: f64| (way_deg(bearing_deg) / step_deg).round() as usize % parts;
-        let all = incoming().map(|arm| Heading::ALL[part(arm.bearing_deg) * (8 / parts)]);
-        all.collect()
-    };
-    let all = [said.unwrap_or_default(), nearest(4), nearest(8)];
-    let count = incoming().count();
-    let told = all.into_iter().find(|headings| headings.len() == count);
-    let told = told.ok_or(
-        "two approaches have the same direction of travel; give the plan as a table of phases",
-    )?;
+    let headings_deg: Vec<f64> = incoming().map(|arm| arm.bearing_deg + 180.0).collect();
+    let told = Heading::told(incoming().map(|arm| arm.arm.as_str()));
+    let told: BTreeSet<Heading> =
+        told.unwrap_or_else(|| Heading::of_approaches(&headings_deg)).into_iter().collect();
+    if told.len() < headings_deg.len() {
+        let said =
+            "two approaches have the same direction of travel; give the plan as a table of phases";
+        return Err(said.to_owned());
+    }
     let (arms, _) = arms_of(&told, intersection, side)?;
     Ok(arms.into_iter().map(|(heading, arm)| (arm, heading)).collect())
 }
@@ -338,28 +326,24 @@ fn place(
         );
     }
     let layout = layout(spec).map_err(|e| e.to_string())?;
-    let named = |name: &str| -> Option<(usize, Turn)> {
-        let (heading, turn) = Heading::of_movement(name, side)?;
-        Some((*arms.get(&heading)?, on_side(turn, side)))
-    };
+    let by_link = by_link(spec, &layout);
+    let mut ways = ways(&plan, &arms, spec, &by_link, side);
     for phase in &plan.phases {
         for name in phase.all_movements() {
-            let Some((arm, turn)) = named(name) else { continue };
-            let of_arm = layout.movements.iter().filter(|m| m.from == arm);
-            if !of_arm.clone().any(|m| m.turn == turn) {
-                let mut others: Vec<&str> = of_arm.map(|m| word(on_side(m.turn, side))).collect();
-                others.dedup();
-                return Err(format!(
-                    "phase {} has {name}, but that approach only leads {}; correct the phase, or movements and bearing_deg \
-                     of the arm",
-                    phase.number,
-                    others.join(" and ")
-                ));
-            }
+            let Some([]) = ways.get(name).map(Vec::as_slice) else { continue };
+            let arm = Heading::of_movement(name, side).and_then(|(heading, _)| arms.get(&heading));
+            let of_arm = layout.movements.iter().filter(|m| Some(&m.from) == arm);
+            let mut others: Vec<&str> = of_arm.map(|m| word(on_side(m.turn, side))).collect();
+            others.dedup();
+            return Err(format!(
+                "phase {} has {name}, but that approach only leads {}; correct the phase, or movements and bearing_deg \
+                 of the arm",
+                phase.number,
+                others.join(" and ")
+            ));
         }
     }
-    complete(&mut plan, &arms, &layout, &named, side, &mut notes)?;
-    let ways = ways(&plan, spec, &layout, &named);
+    complete(&mut plan, &arms, &layout, &by_link, &mut ways, side, &mut notes)?;
     no_crossing(&plan, spec, &layout, &ways, &mut notes)?;
     for (name, own) in ways {
         plan.ways.insert(name, own.iter().map(|m| (m.from_edge(), m.to_edge())).collect());
@@ -367,38 +351,89 @@ fn place(
     Ok((plan, notes))
 }
 
-/// Returns which movements of the network every name of a plan is.
-fn ways(
-    plan: &ExistingPlan,
-    spec: &IntersectionSpec,
-    layout: &LaneLayout,
-    named: &dyn Fn(&str) -> Option<(usize, Turn)>,
-) -> BTreeMap<String, Vec<ArmMovement>> {
+/// Returns the movements of the network in the order of their first links, from right to left on every approach. That is the
+/// order in which results number movements of one name.
+fn by_link(spec: &IntersectionSpec, layout: &LaneLayout) -> Vec<ArmMovement> {
     let links = link_order(spec, layout);
     let first_link = |m: &ArmMovement| {
         let own = layout.connections.iter().zip(&links).filter(|(c, _)| c.movement == *m);
         own.map(|(_, link)| *link).min()
     };
-    let names: BTreeSet<String> =
-        plan.phases.iter().flat_map(|p| p.all_movements().cloned()).collect();
+    let mut movements = layout.movements.clone();
+    movements.sort_by_key(first_link);
+    movements
+}
+
+/// Returns which movements of the network every name of a plan is; none for a turn that its approach does not have.
+///
+/// # Arguments
+///
+/// * `by_link` — all movements, in the order of their links.
+fn ways(
+    plan: &ExistingPlan,
+    arms: &BTreeMap<Heading, usize>,
+    spec: &IntersectionSpec,
+    by_link: &[ArmMovement],
+    side: DrivingSide,
+) -> BTreeMap<String, Vec<ArmMovement>> {
+    let names: BTreeSet<&String> = plan.phases.iter().flat_map(|p| p.all_movements()).collect();
     let mut ways = BTreeMap::new();
-    for name in &names {
-        let Some(way) = named(name) else { continue };
-        let own = layout.movements.iter().filter(|m| (m.from, m.turn) == way);
-        let mut exits: Vec<ArmMovement> = own.copied().collect();
-        exits.sort_by_key(first_link);
-        if exits.len() > 1 {
-            match name.strip_suffix('2') {
-                Some(first) if names.contains(first) => {
-                    exits.remove(0);
-                }
-                None if names.contains(&format!("{name}2")) => exits.truncate(1),
-                _ => {}
-            }
+    let mut of_arms: BTreeMap<usize, Vec<(Reverse<Turn>, u32, &String)>> = BTreeMap::new();
+    for name in names {
+        let Some((heading, turn)) = Heading::of_movement(name, side) else { continue };
+        let Some(arm) = arms.get(&heading) else { continue };
+        let turn = on_side(turn, side);
+        if name.ends_with('U') {
+            let own = by_link.iter().filter(|m| (m.from, m.turn) == (*arm, turn));
+            ways.insert(name.clone(), own.copied().collect());
+        } else {
+            of_arms.entry(*arm).or_default().push((Reverse(turn), number_in(name), name));
         }
-        ways.insert(name.clone(), exits);
+    }
+    for (arm, mut names) in of_arms {
+        names.sort_unstable();
+        let exits: Vec<ArmMovement> = by_link.iter().filter(|m| m.from == arm).copied().collect();
+        let is_called = |i: usize| may_be_called(names[i].0.0, &exits[i], spec);
+        if names.len() == exits.len() && (0..exits.len()).all(is_called) {
+            let of_names = names.iter().zip(&exits);
+            ways.extend(of_names.map(|((.., name), exit)| ((*name).clone(), vec![*exit])));
+            continue;
+        }
+        for turn in [Turn::Right, Turn::Through, Turn::Left] {
+            let own = names.iter().filter(|(of, ..)| of.0 == turn);
+            let numbered: Vec<(u32, &String)> =
+                own.map(|(_, number, name)| (*number, *name)).collect();
+            let exits: Vec<ArmMovement> =
+                exits.iter().filter(|m| m.turn == turn).copied().collect();
+            ways.extend(shared_out(&numbered, &exits));
+        }
     }
     ways
+}
+
+/// Returns the exits of one turn by the names that a plan has for them: each name has those from its number on to that of the
+/// next name, the first one also those before.
+fn shared_out(names: &[(u32, &String)], exits: &[ArmMovement]) -> Vec<(String, Vec<ArmMovement>)> {
+    let begin = |k: usize| match k {
+        0 => 0,
+        _ => (names[k].0 as usize - 1).min(exits.len().saturating_sub(1)),
+    };
+    let own = |k: usize| {
+        let next = if k + 1 < names.len() { begin(k + 1) } else { exits.len() };
+        let end = next.max(begin(k) + 1).min(exits.len());
+        (names[k].1.clone(), exits[begin(k)..end].to_vec())
+    };
+    (0..names.len()).map(own).collect()
+}
+
+/// Whether results may call a movement of the network so: SUMO may call one that is nearly straight on through or a turn to its
+/// side, whatever the network does.
+fn may_be_called(turn: Turn, movement: &ArmMovement, spec: &IntersectionSpec) -> bool {
+    let bearing_deg = |arm: usize| spec.arms[arm].bearing_deg;
+    let off_deg = turn_degrees(bearing_deg(movement.from) + 180.0, bearing_deg(movement.to));
+    let aside = if off_deg < 0.0 { Turn::Left } else { Turn::Right };
+    let is_nearly_straight = off_deg.abs() <= THROUGH_LIMIT_DEG;
+    turn == movement.turn || is_nearly_straight && (turn == Turn::Through || turn == aside)
 }
 
 /// Returns the arms that vehicles with these directions come from, as positions in the network, and whether other ones may
@@ -430,17 +465,23 @@ fn arms_of(
 }
 
 /// Gives movements without a phase one, where it is clear which.
+///
+/// # Arguments
+///
+/// * `by_link` — all movements, in the order of their links.
+/// * `ways` — which of them the names of the plan are; gets those of the names that are added.
 fn complete(
     plan: &mut ExistingPlan,
     arms: &BTreeMap<Heading, usize>,
     layout: &LaneLayout,
-    named: &dyn Fn(&str) -> Option<(usize, Turn)>,
+    by_link: &[ArmMovement],
+    ways: &mut BTreeMap<String, Vec<ArmMovement>>,
     side: DrivingSide,
     notes: &mut Vec<String>,
 ) -> Result<(), String> {
-    let served: BTreeSet<(usize, Turn)> =
-        plan.phases.iter().flat_map(|p| p.all_movements()).filter_map(|n| named(n)).collect();
-    let mut all: Vec<(usize, Turn)> = layout.movements.iter().map(|m| (m.from, m.turn)).collect();
+    let way = |m: &ArmMovement| (m.from, m.turn);
+    let served: BTreeSet<(usize, Turn)> = ways.values().flatten().map(way).collect();
+    let mut all: Vec<(usize, Turn)> = layout.movements.iter().map(way).collect();
     all.dedup();
     for (arm, turn) in all.into_iter().filter(|way| !served.contains(way)) {
         let Some((heading, _)) = arms.iter().find(|(_, of)| **of == arm) else {
@@ -466,7 +507,10 @@ fn complete(
         };
         let mut numbers = Vec::new();
         for phase in &mut plan.phases {
-            let has = |names: &[String]| names.iter().any(|n| named(n) == Some((arm, other)));
+            let is_other = |name: &String| {
+                ways.get(name).is_some_and(|own| own.iter().any(|m| way(m) == (arm, other)))
+            };
+            let has = |names: &[String]| names.iter().any(is_other);
             let (own, yields) = (has(&phase.movements), has(&phase.yielding));
             if own && turn != Turn::Left {
                 phase.movements.push(name.clone());
@@ -477,6 +521,8 @@ fn complete(
             }
             numbers.push(phase.number.to_string());
         }
+        let own = by_link.iter().filter(|m| way(m) == (arm, turn)).copied().collect();
+        ways.insert(name.clone(), own);
         if turn == Turn::Right && is_shared {
             continue;
         }
@@ -558,20 +604,12 @@ fn turns_across(
     let leads = |from: usize, to: usize| {
         all.iter().any(|m| (m.from, m.to, m.turn) == (from, to, Turn::Through))
     };
-    let goes_on = |from: usize| all.iter().any(|m| (m.from, m.turn) == (from, Turn::Through));
     let bearing_deg = |arm: usize| spec.arms[arm].bearing_deg;
     let apart_deg = turn_degrees(bearing_deg(own.from), bearing_deg(other.from)).abs();
-    let is_wide = match goes_on(own.from) && goes_on(other.from) {
-        true => apart_deg > LEAST_OPPOSITE_DEG,
-        false => apart_deg >= LEAST_OPPOSITE_DEG,
-    };
-    let is_opposite = leads(own.from, other.from) || leads(other.from, own.from) || is_wide;
+    let is_opposite = leads(own.from, other.from)
+        || leads(other.from, own.from)
+        || apart_deg >= LEAST_OPPOSITE_DEG;
     own.turn == Turn::Left && is_opposite
-}
-
-/// Returns a turn on the ground as the network has it, or the other way round.
-fn on_side(turn: Turn, side: DrivingSide) -> Turn {
-    if side.is_right() { turn } else { turn.mirrored() }
 }
 
 fn word(turn: Turn) -> &'static str {
@@ -740,6 +778,44 @@ mod tests {
         }
     }
 
+    /// The movements of the only intersection, one per phase, with the arms to which they lead.
+    fn placed_ways(bearings_deg: &[f64], phases: &[&str]) -> BTreeMap<String, Vec<String>> {
+        let phases = (1..).zip(phases).map(|(k, names)| phase(k, [1, 1, k], names));
+        let plan = ExistingPlan::new(Control::Actuated, phases.collect());
+        let placed = placed(&scenario(bearings_deg, ""), &plans(plan)).unwrap();
+        assert_eq!(placed.refused, []);
+        let to =
+            |ways: &[(String, String)]| ways.iter().map(|(_, to)| to.clone()).collect::<Vec<_>>();
+        placed.of_point["i0007"].ways.iter().map(|(name, ways)| (name.clone(), to(ways))).collect()
+    }
+
+    #[test]
+    fn where_results_take_another_exit_for_straight_on_the_order_of_the_links_counts() {
+        let phases =
+            ["EBL EBT EBR EBR2", "SBL SBT SBR", "WBL WBT WBR", "NWL NWT NWR", "NEL NET NER"];
+        // From the west (arm 4) arms 1 and 2 lie 36 degrees to the left and to the right: the network takes the right one for
+        // straight on, and SUMO the left one.
+        let ways = placed_ways(&[0.0, 72.0, 144.0, 216.0, 288.0], &phases);
+        let of = ["EBR", "EBR2", "EBT", "EBL"].map(|name| ways[name].join(" "));
+        assert_eq!(of, ["out3", "out2", "out1", "out0"]);
+        assert_eq!(ways["WBT"], ["out4"], "with one name per turn the network's turns count");
+    }
+
+    #[test]
+    fn three_exits_on_one_side_have_three_names() {
+        let bearings_deg = [0.0, 180.0, 225.0, 270.0, 315.0];
+        let others = ["SBT SBR", "NEL NER", "EBL EBR", "SEL SER"];
+        let of = |names: &str| {
+            let ways = placed_ways(&bearings_deg, &[&[names][..], &others].concat());
+            ["NBL", "NBL2", "NBL3"].map(|name| ways.get(name).map(|to| to.join(" ")))
+        };
+        let to = |text: &str| Some(text.to_owned());
+        assert_eq!(of("NBT NBL NBL2 NBL3"), [to("out4"), to("out3"), to("out2")]);
+        assert_eq!(of("NBT NBL NBL2"), [to("out4"), to("out3 out2"), None]);
+        assert_eq!(of("NBT NBL NBL3"), [to("out4 out3"), None, to("out2")]);
+        assert_eq!(of("NBT NBL2"), [None, to("out4 out3 out2"), None]);
+    }
+
     #[test]
     fn in_a_y_a_left_turn_yields_to_the_approach_that_comes_closest_to_opposite() {
         let tried = |bearings_deg: &[f64], phases: &[&str]| {
@@ -754,9 +830,9 @@ mod tests {
         assert_eq!(tried(&wye, &["NEL NER SBR sbl", "NWL NWR"]), nothing);
         let (e, _) = tried(&wye, &["NEL NER SBR SBL", "NWL NWR"]);
         assert!(e.contains("phase 2 has NEL and SBL, which cross"), "{e}");
-        // Streets that cross at an angle of 60 degrees.
+        // Streets that cross at an angle of 62 degrees.
         let phases = ["NBT NBR swl", "NBL", "SBL SBT SBR", "NEL NET NER", "SWT SWR"];
-        let (e, said) = tried(&[0.0, 60.0, 180.0, 240.0], &phases);
+        let (e, said) = tried(&[0.0, 62.0, 180.0, 242.0], &phases);
         assert!(said.contains("phase 2 has NBT and SWL, which cross, and SWL yields"), "{e}{said}");
     }
 

@@ -99,7 +99,7 @@ impl SignalProblem {
         }
         let (mut obstacles, mut warnings, mut unusable) = (Vec::new(), Vec::new(), None);
         for intake in self.imported.values() {
-            obstacles.extend(intake.obstacles.iter().cloned());
+            obstacles.extend(intake.obstacles.iter().cloned().chain(intake.lacks_vehicles()));
             match examine(intake, &self.loaded.scenario.signal) {
                 Ok((found, said)) => {
                     obstacles.extend(found);

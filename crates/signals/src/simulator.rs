@@ -1,5 +1,8 @@
 //! The simulator itself: its version, and what it makes of somebody's scenario.
 
+#[cfg(feature = "libsumo")]
+mod first_load;
+
 use super::env::derive::DerivedSignal;
 use super::env::warnings::{Warning, of_signals, warnings};
 use super::settings::SignalSettings;
@@ -8,6 +11,18 @@ pub use super::sim::lights::signals_in;
 use super::sim::obstacle::Obstacle;
 use super::sim::topology::Topology;
 use super::sim::{Scene, SimError};
+
+/// What SUMO 1.15 says where it has written its reason to standard error.
+#[cfg(feature = "libsumo")]
+const SAID_BEFORE: [&str; 3] = ["Process Error", "Could not parse commandline options.", ""];
+
+/// Where SUMO crashes on detectors of lanes in a row.
+#[cfg(feature = "libsumo")]
+const AREA_DETECTOR: &str = "MSE2Collector";
+
+/// Most signals and detectors that a message names.
+#[cfg(feature = "libsumo")]
+const FEW: usize = 6;
 
 /// A SUMO scenario as SUMO has loaded it, once.
 #[derive(Debug, Clone)]
@@ -95,32 +110,42 @@ pub fn load(
     use basics::files::FileError;
 
     let folder = tempfile::tempdir().map_err(FileError::at("create", &std::env::temp_dir()))?;
-    let mut options = copy(&intake.config, &intake.sources, &folder.path().join("copies"), true)?;
+    let copies = copy(&intake.config, &intake.sources, &folder.path().join("copies"), true)?;
     let step_s = 1.0 / f64::from(intake.steps_per_second);
-    // One without an end is loaded all the same.
-    let end_s = intake.end_s.max(intake.begin_s + 1.0);
-    for (name, value) in [("begin", intake.begin_s), ("end", end_s), ("step-length", step_s)] {
-        options.push((name.to_owned(), value.to_string()));
-    }
-    let options = StartOptions {
-        config: intake.path.clone(),
-        args: as_arguments(options),
-        trace_m: settings.detection_m,
-        ..StartOptions::default()
+    let until = |end_s: f64| {
+        let times = [("begin", intake.begin_s), ("end", end_s), ("step-length", step_s)];
+        let times = times.map(|(name, value)| (name.to_owned(), value.to_string()));
+        StartOptions {
+            config: intake.path.clone(),
+            args: as_arguments(copies.iter().cloned().chain(times).collect()),
+            trace_m: settings.detection_m,
+            ..StartOptions::default()
+        }
     };
+    let first_end_s = intake.begin_s + step_s;
+    // One without an end is loaded all the same.
+    let options = until(intake.end_s.max(first_end_s));
     let mut sim = SumoSim::new()?;
     let version = sim.version()?;
     let obstacle = |reason: String| {
         let place = intake.path.display().to_string();
         Obstacle { place, reason, way: Way::Change("") }
     };
+    let said = first_load::first_load(&SumoSim::command_line(&until(first_end_s))?, &version);
+    if let Some(last_line) = &said.crash {
+        return Ok(Err(vec![obstacle(crashes(last_line, intake))]));
+    }
     let failed = |e: SimError| match e {
         SimError::Fatal { message, .. } | SimError::Traci { message, .. } => {
             let newer =
                 intake.newer_than(&version).map_or_else(String::new, |said| format!("; {said}"));
             let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
-            let reason = format!("SUMO cannot load it ({message}); its reason is above{newer}");
-            Ok(Err(vec![obstacle(reason)]))
+            let reason = match SAID_BEFORE.contains(&message.as_str()) {
+                false => message,
+                true if said.errors.is_empty() => "its reason is above".to_owned(),
+                true => said.errors.clone(),
+            };
+            Ok(Err(vec![obstacle(format!("SUMO cannot load it: {reason}{newer}"))]))
         }
         SimError::NoSignals(_) => Ok(Err(vec![obstacle(
             "it has no traffic signal; give a scenario with at least one tlLogic".to_owned(),
@@ -156,6 +181,34 @@ pub fn load(
         true => Ok(Loaded { scene, topology, signals, railways, dark, version }),
         false => Err(obstacles),
     })
+}
+
+/// Returns that SUMO crashes on a scenario, with what to do. Where its detector of lanes in a row has a first and a last lane
+/// that are nearly as long as each other, and not equally long, SUMO compares the detector's end with the wrong one.
+///
+/// Source: SUMO 1.15, `MSE2Collector::checkPositioning`, and tried.
+#[cfg(feature = "libsumo")]
+fn crashes(last_line: &str, intake: &Intake) -> String {
+    let files = intake.sources.files.iter();
+    let measuring: Vec<String> = files
+        .flat_map(|file| {
+            let of_file = |what: &String| format!("{}: {what}", file.path.display());
+            file.scanned.measures_lanes.iter().map(of_file).collect::<Vec<_>>()
+        })
+        .collect();
+    let way_out = match last_line.contains(AREA_DETECTOR) && !measuring.is_empty() {
+        false => "take another version of SUMO, or leave out parts of the files to find the one that it crashes \
+                  on"
+            .to_owned(),
+        true => format!(
+            "a detector reaches over lanes of which the first and the last differ in length by less than 0.1 m; give the \
+             signals of type delay_based another detector range (option tls.delay_based.detector-range) or type, and \
+             detectors of lanes another length ({}{})",
+            measuring[..measuring.len().min(FEW)].join(", "),
+            if measuring.len() > FEW { ", ..." } else { "" }
+        ),
+    };
+    format!("SUMO crashes on it ({last_line}); {way_out}")
 }
 
 /// Loads a SUMO scenario, which this build cannot.

@@ -2,7 +2,8 @@
 //! back (`plans/METHOD.utdf.csv`), and as a page to print per intersection (`plans/POINT.html`).
 //!
 //! UTDF needs nodes that are numbers: intersections whose ids are none are left out, which is said. Its columns are
-//! those of the network that the existing plan came with, else the directions of the compass.
+//! those of the network that the existing plan came with, else those with which the names of all arms begin, else the
+//! directions of the compass.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -11,7 +11,9 @@ use signals::existing::ran::{of_program, of_rings};
 use signals::movement_results::MovementResult;
 use signals::network::plain::SIGNAL;
 use signals::network_files::GENERATED;
+use signals::places::DrawnIntersection;
 use signals::program::ProgramKind;
+use signals::vocabulary::Heading;
 
 /// The plan of a signal as phases.
 pub(crate) struct Told {
@@ -92,23 +94,37 @@ fn existing_of(data: &Analysis, task: &TaskPlan) -> Option<ExistingPlan> {
     existing_plan(&identity.points[task.point], &identity.methods[task.method]).ok().flatten()
 }
 
-/// Returns what the plan that was given for an intersection calls movements, by the name that they have in results.
+/// Returns what movements of an intersection are called in plans, by the name that they have in results: as the plan that was
+/// given for it calls them, else after the directions with which the names of its arms begin. Plans that are given are read so.
 pub(crate) fn renamed(seen: Seen<'_>, point: usize) -> BTreeMap<String, String> {
     let Seen { data, shown } = seen;
     let identity = &data.manifest.identity;
+    let Some(results) = shown.movements.iter().find(|task| task.point == point) else {
+        return BTreeMap::new();
+    };
     let given = |method: &String| existing_plan(&identity.points[point], method).ok().flatten();
     let existing = identity.methods.iter().find_map(given);
-    let results = shown.movements.iter().find(|task| task.point == point);
-    let Some((existing, results)) = existing.zip(results) else { return BTreeMap::new() };
+    let drawn = shown.drawing(&identity.points[point].point);
     let name = |m: &MovementResult| {
         let way = (m.from.clone(), m.to.clone());
-        let (name, _) = existing.ways.iter().find(|(_, ways)| ways.contains(&way))?;
-        Some((m.movement.clone(), name.clone()))
+        let name = match &existing {
+            Some(plan) => plan.ways.iter().find(|(_, ways)| ways.contains(&way))?.0.clone(),
+            None => on_arm(&m.movement, &m.from, drawn?)?,
+        };
+        Some((m.movement.clone(), name))
     };
     results.results.iter().filter_map(name).collect()
 }
 
-/// Calls movements as the existing plan of an intersection does, where there is one.
+/// Returns the name of a movement with the direction with which that of its arm begins; `None` where names of arms say none.
+fn on_arm(movement: &str, from_edge: &str, drawn: &DrawnIntersection) -> Option<String> {
+    let incoming = || drawn.arms.iter().filter(|arm| !arm.lanes.is_empty());
+    let told = Heading::told(incoming().map(|arm| arm.name.as_str()))?;
+    let arm = incoming().position(|arm| arm.edge == from_edge)?;
+    Some(format!("{}{}", told[arm], movement.get(2..)?))
+}
+
+/// Calls movements as the existing plan of an intersection does, or the names of its arms.
 fn with_names_of_the_network(seen: Seen<'_>, point: usize, mut plan: ExistingPlan) -> ExistingPlan {
     if !plan.ways.is_empty() {
         return plan;
@@ -138,8 +154,39 @@ fn rename(plan: &mut ExistingPlan, renamed: &BTreeMap<String, String>) {
 #[cfg(test)]
 mod tests {
     use signals::existing::{Control, PlanPhase, Recall};
+    use signals::places::DrawnArm;
 
     use super::*;
+
+    #[test]
+    fn movements_are_called_after_arms_whose_names_begin_with_directions() {
+        let arm = |name: &str, edge: &str, lanes: &[&str]| DrawnArm {
+            name: name.to_owned(),
+            edge: edge.to_owned(),
+            bearing_deg: 0.0,
+            lanes: lanes.iter().map(|turns| (*turns).to_owned()).collect(),
+            lanes_out: 1,
+            speed_mph: 30.0,
+            left_storage_m: None,
+            right_storage_m: None,
+        };
+        let drawn = |name: &str| DrawnIntersection {
+            point: "p".to_owned(),
+            intersection: "7".to_owned(),
+            period: String::new(),
+            is_left_hand: false,
+            arms: vec![
+                arm("an exit", "in0", &[]),
+                arm("EB Main St", "in1", &["sl"]),
+                arm(name, "in2", &["r"]),
+            ],
+        };
+        let called = |edge: &str, name: &str| on_arm("SBL2", edge, &drawn(name));
+        assert_eq!(called("in1", "NB 5th").as_deref(), Some("EBL2"));
+        assert_eq!(called("in2", "NB 5th").as_deref(), Some("NBL2"));
+        assert_eq!(called("in0", "NB 5th"), None);
+        assert_eq!(called("in1", "B"), None, "the compass counts");
+    }
 
     #[test]
     fn movements_that_get_one_name_are_there_once() {

@@ -12,7 +12,7 @@ use super::sites::City;
 use super::spots::Spot;
 use super::surroundings::INTERSECTIONS_FILE;
 use crate::family::load::LoadedScenario;
-use basics::files::{FileError, write_atomically};
+use basics::files::{FileError, lines, write_atomically};
 use evaluation::family::MdpFamily;
 
 /// Digits after the point of a share.
@@ -24,17 +24,14 @@ const SHARE_DIGITS: i32 = 4;
 ///
 /// [`FileError`].
 pub(super) fn write_family(folder: &Path, family: &MdpFamily) -> Result<(), FileError> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
     let names = family.features.iter().map(|f| f.name.clone());
     let head = ["point", "importance", "intersections"].map(str::to_owned);
-    writer.write_record(head.into_iter().chain(names)).expect("memory takes every row");
-    for p in &family.points {
+    let mut rows: Vec<Vec<String>> = vec![head.into_iter().chain(names).collect()];
+    rows.extend(family.points.iter().map(|p| {
         let fixed = [p.id.clone(), p.importance.to_string(), p.instances.to_string()];
-        let features = p.features.iter().map(f64::to_string);
-        writer.write_record(fixed.into_iter().chain(features)).expect("memory takes every row");
-    }
-    let table = writer.into_inner().expect("memory takes every row");
-    write_atomically(&folder.join(FAMILY_FILE), &table)
+        fixed.into_iter().chain(p.features.iter().map(f64::to_string)).collect::<Vec<String>>()
+    }));
+    write_atomically(&folder.join(FAMILY_FILE), &lines(&rows))
 }
 
 /// Writes what became of every row of the signal list: its intersection, the distance, the reason.
@@ -43,15 +40,19 @@ pub(super) fn write_family(folder: &Path, family: &MdpFamily) -> Result<(), File
 ///
 /// [`FileError`].
 pub(super) fn write_matches(folder: &Path, listed: &[ListedRow]) -> Result<(), FileError> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
+    write_atomically(&folder.join(MATCHES_FILE), &matches(listed))
+}
+
+/// Returns the table of [`write_matches`].
+fn matches(listed: &[ListedRow]) -> Vec<u8> {
     let head = [
         "id", "row", "latitude", "longitude", "intersection", "distance_m", "signal_on_map",
         "duplicate_of_row", "reason",
     ];
-    writer.write_record(head).expect("memory takes every row");
-    for m in listed {
+    let mut rows = vec![head.map(str::to_owned)];
+    rows.extend(listed.iter().map(|m| {
         let metres = m.distance_m.map(|metres| format!("{metres:.1}"));
-        let row = [
+        [
             m.id.clone(),
             m.line.to_string(),
             m.latitude.to_string(),
@@ -61,11 +62,9 @@ pub(super) fn write_matches(folder: &Path, listed: &[ListedRow]) -> Result<(), F
             m.on_map.to_string(),
             m.duplicate_of.map(|line| line.to_string()).unwrap_or_default(),
             m.why().unwrap_or_default(),
-        ];
-        writer.write_record(row).expect("memory takes every row");
-    }
-    let table = writer.into_inner().expect("memory takes every row");
-    write_atomically(&folder.join(MATCHES_FILE), &table)
+        ]
+    }));
+    lines(&rows)
 }
 
 /// Writes `intersections.geojson`: intersections with their point MDP, its importance and features,
@@ -153,4 +152,26 @@ fn feature(latitude: f64, longitude: f64, properties: JsonObject) -> Feature {
 fn number(value: f64, digits: i32) -> JsonValue {
     let scale = 10f64.powi(digits);
     ((value * scale).round() / scale).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_id_of_a_signal_list_is_no_formula() {
+        let row = ListedRow {
+            id: "=HYPERLINK(1)".to_owned(),
+            line: 2,
+            latitude: 40.5,
+            longitude: -111.25,
+            intersection: None,
+            distance_m: None,
+            on_map: false,
+            reason: Some("too far"),
+            duplicate_of: None,
+        };
+        let text = String::from_utf8(matches(&[row])).unwrap();
+        assert_eq!(text.lines().nth(1), Some("'=HYPERLINK(1),2,40.5,-111.25,,,false,,too far"));
+    }
 }

@@ -1,8 +1,8 @@
 //! What an episode is made of: how the vehicles of each movement fared, and how long its queue was.
 //!
 //! A movement is a way from one edge to another through a signal. It has the name that engineers give it, on the ground:
-//! `NBL` are northbound vehicles that turn left. Directions are the four of the compass, or eight where two approaches
-//! of a signal would have the same; of several movements of a signal with one name the later ones get a number.
+//! `NBL` are northbound vehicles that turn left. Turns are SUMO's; how they are named is in
+//! [`vocabulary`](crate::vocabulary::movement_names).
 //!
 //! - **Delay** is that of the objective: time loss and departure delay, until the end for vehicles that have not arrived.
 //! - **Stops** are SUMO's: how often a vehicle came below 0.1 m/s.
@@ -13,7 +13,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use osm_signals::angle::{mirrored_deg, normalise_degrees};
+use osm_signals::angle::mirrored_deg;
 use osm_signals::{DrivingSide, Turn};
 
 use super::movements::turn_of;
@@ -21,7 +21,7 @@ use crate::control::LaneObservation;
 use crate::sim::topology::edge;
 use crate::sim::tripinfo::Trip;
 use crate::sim::{Link, Scene, SignalInfo};
-use crate::vocabulary::{Heading, Light, listed_before};
+use crate::vocabulary::{Heading, Light, listed_before, movement_names, on_side};
 
 /// Edges from which and to which a vehicle drives.
 pub type Way = (String, String);
@@ -251,31 +251,15 @@ fn movements(scene: &Scene, signal: &SignalInfo, side: DrivingSide) -> Vec<Movem
     for (movement, heading_deg, _) in &found {
         headings.entry(movement.way.0.clone()).or_insert(*heading_deg);
     }
-    // Four directions, as long as they tell the approaches of the signal apart.
-    let nearest = |heading_deg: f64, parts: usize| {
-        let step_deg = 360.0 / parts as f64;
-        (normalise_degrees(heading_deg) / step_deg).round() as usize % parts
-            * (Heading::ALL.len() / parts)
-    };
-    let distinct: BTreeSet<usize> = headings.values().map(|deg| nearest(*deg, 4)).collect();
-    let parts = if distinct.len() == headings.len() { 4 } else { 8 };
-    let mut named: BTreeMap<String, u32> = BTreeMap::new();
+    let headings_deg: Vec<f64> = headings.values().copied().collect();
+    let directions: BTreeMap<&String, Heading> =
+        headings.keys().zip(Heading::of_approaches(&headings_deg)).collect();
+    let ways = found.iter().map(|(m, _, turn)| (directions[&m.way.0], on_side(*turn, side)));
+    let names = movement_names(ways);
     let mut movements: Vec<Movement> = found
         .into_iter()
-        .map(|(movement, _, turn)| {
-            let direction = Heading::ALL[nearest(headings[&movement.way.0], parts)];
-            let letter = match turn {
-                Turn::Through => "T",
-                Turn::Left if side.is_right() => "L",
-                Turn::Right if !side.is_right() => "L",
-                Turn::Left | Turn::Right => "R",
-            };
-            let name = format!("{direction}{letter}");
-            let count = named.entry(name.clone()).or_default();
-            *count += 1;
-            let name = if *count > 1 { format!("{name}{count}") } else { name };
-            Movement { name, turn: Some(turn), ..movement }
-        })
+        .zip(names)
+        .map(|((movement, _, turn), name)| Movement { name, turn: Some(turn), ..movement })
         .collect();
     movements.sort_by_key(|m| listed_before(&m.name));
     group(&mut movements);

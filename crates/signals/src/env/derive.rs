@@ -102,7 +102,7 @@ pub fn derive(
     if states.is_empty() || own_greens.is_empty() {
         return Err(fail(&format!(
             "no phase of its program {:?}, the one that runs at the start, is green for vehicles without yellow; check its \
-             tlLogic, or what switches it off",
+             tlLogic, or what switches it off; where a <WAUT> switches to another program later, pass --begin with that time",
             own.id
         )));
     }
@@ -361,7 +361,11 @@ mod tests {
         let empty = scene(&NO_LINKS, &["G"]);
         assert!(derive(&empty, &empty.signals[0], &SignalSettings::default()).is_err());
         let red = scene(&[("n_0", 0.0, "s")], &["r", "y"]);
-        assert!(derive(&red, &red.signals[0], &SignalSettings::default()).is_err());
+        let e = derive(&red, &red.signals[0], &SignalSettings::default()).unwrap_err().to_string();
+        assert!(
+            e.contains("switches to another program later, pass --begin with that time"),
+            "{e}"
+        );
     }
 
     #[test]

@@ -16,6 +16,7 @@ use super::{
     OFFSET_S, PASSAGE_S, PEOPLE_S, PlanPhase, Plans, Recall, YELLOW_S,
 };
 use crate::vocabulary::Heading;
+use basics::files::lines;
 use basics::suggest::did_you_mean;
 use evaluation::family::columns::{Columns, at};
 use evaluation::family::error::FamilyError;
@@ -419,18 +420,15 @@ pub fn cells(plan: &ExistingPlan, phase: &PlanPhase) -> Vec<String> {
 
 /// Returns plans as a table, which reads back as the same.
 pub fn to_csv(plans: &[NamedPlan]) -> String {
-    let mut writer = csv::Writer::from_writer(Vec::new());
     let header = ["intersection", "period"].into_iter().chain(WRITTEN);
-    writer.write_record(header).expect("memory takes every row");
+    let mut rows: Vec<Vec<String>> = vec![header.map(str::to_owned).collect()];
     for NamedPlan { intersection, period, plan, .. } in plans {
         for phase in &plan.phases {
             let whose = [intersection.clone(), period.clone()];
-            let row = whose.into_iter().chain(cells(plan, phase));
-            writer.write_record(row).expect("memory takes every row");
+            rows.push(whose.into_iter().chain(cells(plan, phase)).collect());
         }
     }
-    let table = writer.into_inner().expect("memory takes every row");
-    String::from_utf8(table).expect("texts are UTF-8")
+    String::from_utf8(lines(&rows)).expect("texts are UTF-8")
 }
 
 #[cfg(test)]
@@ -456,7 +454,14 @@ mod tests {
         let named =
             NamedPlan { intersection: "Oak / Main".into(), period: "am".into(), plan, line: 2 };
         let text = to_csv(std::slice::from_ref(&named));
-        assert_eq!(read(&text, "e.csv").unwrap().all, [named]);
+        assert_eq!(read(&text, "e.csv").unwrap().all, std::slice::from_ref(&named));
+        let computed = NamedPlan { intersection: "=1+1".into(), ..named };
+        let text = to_csv(std::slice::from_ref(&computed));
+        assert!(
+            text.lines().nth(1).unwrap().starts_with("'=1+1,am,"),
+            "no spreadsheet computes it"
+        );
+        assert_eq!(read(&text, "e.csv").unwrap().all, [computed]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //!
 //! - **Changed:** an inflow that is cut or raised, a count that is missing, a turn lane that needs another lane.
 //! - **Implausible for its column:** a speed, length or count that few streets have, with the unit it may be in.
+//! - **Contradictory:** arms named after directions of travel that their bearings are not.
 //! - **Implausible beside the rest of the table:** a length beyond the next intersection, a bearing that
 //!   contradicts the neighbour, a place far from the others or in no country.
 //!
@@ -16,9 +17,13 @@ mod places;
 mod points;
 mod values;
 
-use super::approaches::Intersection;
+use osm_signals::angle::{normalise_degrees, turn_degrees};
+
+use super::approaches::{Approach, Intersection};
 use crate::settings::{Detail, FamilySettings};
+use crate::vocabulary::{Heading, MOST_OFF_DEG};
 pub use doubt::Doubt;
+use doubt::at_line;
 use evaluation::family::MdpFamily;
 
 /// Returns what is doubtful in a table of approaches, and what of it is changed.
@@ -26,6 +31,7 @@ pub fn of_approaches(intersections: &[Intersection], settings: &FamilySettings) 
     let per_approach = settings.detail == Detail::PerApproach;
     let mut doubts = changes::changes(intersections, settings, per_approach);
     doubts.extend(periods(intersections, settings));
+    doubts.extend(directions(intersections));
     doubts.extend(values::values(intersections));
     let placed: Vec<Intersection> =
         intersections.iter().filter(|i| i.latitude.is_finite()).cloned().collect();
@@ -45,6 +51,26 @@ fn periods(intersections: &[Intersection], settings: &FamilySettings) -> Option<
             names.collect::<Vec<_>>().join(", ")
         ))
     })
+}
+
+/// Returns the arms whose names begin with another direction of travel than their bearings have, where the names count.
+fn directions(intersections: &[Intersection]) -> Option<Doubt> {
+    let mut astray = Vec::new();
+    for intersection in intersections {
+        let incoming: Vec<&Approach> =
+            intersection.arms.iter().filter(|arm| arm.lanes_in > 0).collect();
+        let told = Heading::told(incoming.iter().map(|arm| arm.arm.as_str()));
+        for (arm, heading) in incoming.into_iter().zip(told.into_iter().flatten()) {
+            let way_deg = normalise_degrees(arm.bearing_deg + 180.0);
+            if turn_degrees(heading.degrees(), way_deg).abs() > MOST_OFF_DEG {
+                let text = format!("{}, whose vehicles travel at {way_deg} degrees", arm.arm);
+                astray.push(at_line(arm.line, text));
+            }
+        }
+    }
+    let about = "names of arms begin with another direction of travel than bearing_deg has; turning counts, existing plans and \
+                 the plans of reports go by the names, so correct them if the compass is meant";
+    Doubt::of(about, astray)
 }
 
 /// Returns what is doubtful in a table of point MDPs, and what of it is changed.

@@ -25,4 +25,5 @@ pub mod plain;
 pub mod prune;
 pub mod retime;
 mod subprocess;
+pub mod tool;
 pub mod validate;

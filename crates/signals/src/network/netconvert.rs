@@ -10,7 +10,6 @@
 //! netconvert gets for streets of up to 30 mph, but for a second more of left-turn green; netconvert
 //! itself would give faster streets a longer yellow, and wide and slow ones an all-red.
 
-use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -29,7 +28,8 @@ use super::phases::{
 };
 use super::plain::{self, DEFAULT_PROGRAM};
 use super::retime::{retime, timing};
-use super::subprocess::{Ended, finish, last_lines, output_of};
+use super::subprocess::{Ended, finish};
+use super::tool::find;
 use crate::network::error::NetworkError;
 use crate::settings::{DemandSettings, NetworkSettings, SignalSettings};
 use crate::vocabulary::Light;
@@ -47,9 +47,6 @@ const CORNERS_M: [f64; 5] = [4.0, 6.0, 8.0, 12.0, 16.0];
 
 /// Longest time that a netconvert may take; a network of one intersection takes a tenth of a second.
 const LIMIT: Duration = Duration::from_secs(300);
-
-/// Longest time in which it says its version; that takes a hundredth of a second.
-const VERSION_LIMIT: Duration = Duration::from_secs(20);
 
 /// A netconvert that runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -76,31 +73,8 @@ impl Netconvert {
     ///
     /// [`NetworkError::NoNetconvert`] naming the places looked at.
     pub fn find() -> Result<Self, NetworkError> {
-        Self::find_in(env::var_os("SUMO_HOME").map(PathBuf::from), env::var_os("PATH"))
-    }
-
-    fn find_in(
-        sumo_home: Option<PathBuf>,
-        path: Option<std::ffi::OsString>,
-    ) -> Result<Self, NetworkError> {
-        let name = format!("netconvert{}", env::consts::EXE_SUFFIX);
-        let home = sumo_home.filter(|home| !home.as_os_str().is_empty());
-        let mut tried = match &home {
-            Some(home) => home.join("bin").join(&name).display().to_string(),
-            None => "SUMO_HOME is not set".to_owned(),
-        };
-        tried.push_str(", PATH");
-        let in_home = home.map(|home| home.join("bin"));
-        let on_path = path.iter().flat_map(env::split_paths);
-        for candidate in in_home.into_iter().chain(on_path).map(|folder| folder.join(&name)) {
-            if candidate.is_file() {
-                match version(&candidate) {
-                    Ok(version) => return Ok(Self { path: candidate, version }),
-                    Err(reason) => tried = format!("{tried}; {}: {reason}", candidate.display()),
-                }
-            }
-        }
-        Err(NetworkError::NoNetconvert { tried })
+        let found = find("netconvert").map_err(|tried| NetworkError::NoNetconvert { tried });
+        found.map(|(path, version)| Self { path, version })
     }
 
     /// Returns the version, such as `1.15.0`.
@@ -236,18 +210,6 @@ impl Netconvert {
     }
 }
 
-/// Returns the version that a netconvert prints.
-fn version(path: &Path) -> Result<String, String> {
-    let mut command = Command::new(path);
-    command.arg("--version");
-    let (text, said) = output_of(command, VERSION_LIMIT).map_err(|e| e.to_string())?;
-    text.lines()
-        .find(|line| line.starts_with("Eclipse SUMO netconvert"))
-        .and_then(|line| line.split_whitespace().last())
-        .map(|version| version.trim_start_matches(['v', 'V']).replace('_', "."))
-        .ok_or_else(|| format!("does not run: {}", last_lines(&said)))
-}
-
 /// Completes the conflicts that geometry implies by those that netconvert sees within the junction,
 /// and by who yields there; returns whether left turns overlap that should not.
 fn refine(conflicts: &mut Conflicts, layout: &LaneLayout, net: &NetFile) -> bool {
@@ -360,21 +322,15 @@ mod tests {
 
     use super::super::lanes::link_order;
     use super::super::movements::shapes::{cross, spec, tee};
+    use super::super::tool::find_in;
     use super::*;
 
     #[test]
     fn a_missing_netconvert_names_the_places_looked_at() {
-        let home = Some(PathBuf::from("/nowhere"));
-        let e = Netconvert::find_in(home, Some("/also-nowhere".into())).unwrap_err().to_string();
+        let (home, path) = (Some("/nowhere".into()), Some("/also-nowhere".into()));
+        let tried = find_in("netconvert", home, path).unwrap_err();
+        let e = NetworkError::NoNetconvert { tried }.to_string();
         assert!(e.starts_with("netconvert was not found (/nowhere/bin/netconvert, PATH)"), "{e}");
-    }
-
-    #[test]
-    fn a_file_that_is_not_netconvert_is_passed_over_with_its_reason() {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("netconvert"), "").unwrap();
-        let e = Netconvert::find_in(None, Some(folder.path().into())).unwrap_err().to_string();
-        assert!(e.contains("SUMO_HOME is not set, PATH; "), "{e}");
     }
 
     #[test]

@@ -1,5 +1,5 @@
 //! The order of vehicles in a route file: SUMO reads it as time goes on, and leaves out whatever departs before what it
-//! has read already, with a warning among others.
+//! has read already, with a warning among others. And when the vehicles of a file depart, if it has any.
 //!
 //! Source: what `sumo` 1.15 leaves out, tried: vehicles, trips, flows and persons count alike; those of a public transport
 //! line do not move the time on. In additional files any order is read.
@@ -17,13 +17,23 @@ const DEPARTING: [(&str, &str); 7] = [
     ("containerFlow", "begin"),
 ];
 
+/// What of them are vehicles.
+const VEHICLES: [&str; 3] = ["vehicle", "trip", "flow"];
+
+/// Ways to travel for which SUMO makes a vehicle of the person's own.
+const OWN_VEHICLES: [&str; 2] = ["car", "bicycle"];
+
 /// The departures in a file so far.
 #[derive(Debug, Default)]
 pub(super) struct Departures {
     in_order: bool,
     /// The latest one, and of what it is.
     latest: Option<(String, f64)>,
-    /// The earliest one, and the latest one or end of a flow, seconds.
+    /// Whether there is a vehicle, or something that SUMO makes one of.
+    pub(super) has_vehicles: bool,
+    /// Whether there are people or containers.
+    pub(super) has_others: bool,
+    /// The earliest one of a vehicle, and the latest one or end of a flow, seconds.
     pub(super) first_s: Option<f64>,
     pub(super) last_s: Option<f64>,
     /// How many SUMO leaves out.
@@ -44,9 +54,17 @@ impl Departures {
 
     /// Looks at the next element, given its attributes by name; returns whether SUMO leaves it out.
     pub(super) fn next<'a>(&mut self, tag: &str, of: &dyn Fn(&str) -> Option<&'a str>) -> bool {
+        if tag == "personTrip" {
+            let modes = of("modes").unwrap_or_default();
+            self.has_vehicles |= OWN_VEHICLES.iter().any(|mode| modes.contains(mode));
+            self.has_vehicles |= of("vTypes").is_some();
+        }
         let Some((_, when)) = DEPARTING.iter().find(|(name, _)| *name == tag) else {
             return false;
         };
+        let is_vehicle = VEHICLES.contains(&tag);
+        self.has_vehicles |= is_vehicle;
+        self.has_others |= !is_vehicle;
         let time = |name: &str| of(name).and_then(|text| seconds(text).ok());
         // What waits for something else has no time.
         let Some(depart_s) = time(when) else { return false };
@@ -62,9 +80,11 @@ impl Departures {
             });
             return true;
         }
-        let last_s = time("end").map_or(depart_s, |end_s| end_s.max(depart_s));
-        self.first_s = Some(self.first_s.map_or(depart_s, |known| known.min(depart_s)));
-        self.last_s = Some(self.last_s.map_or(last_s, |known| known.max(last_s)));
+        if is_vehicle {
+            let last_s = time("end").map_or(depart_s, |end_s| end_s.max(depart_s));
+            self.first_s = Some(self.first_s.map_or(depart_s, |known| known.min(depart_s)));
+            self.last_s = Some(self.last_s.map_or(last_s, |known| known.max(last_s)));
+        }
         if of("line").is_none_or(str::is_empty) {
             self.latest = Some((name, depart_s));
         }
@@ -117,5 +137,20 @@ mod tests {
         assert_eq!(looked(&[flow, ("trip", &[("depart", "9")])]).last_s, Some(1800.0));
         assert_eq!(looked(&[("trip", &[("depart", "9")])]).last_s, Some(9.0));
         assert_eq!(looked(&[]).last_s, None);
+        assert_eq!(looked(&[("person", &[("depart", "9")])]).last_s, None);
+    }
+
+    #[test]
+    fn people_are_no_vehicles_unless_they_drive() {
+        let of = |elements: &[Element<'_>]| {
+            let departures = looked(elements);
+            (departures.has_vehicles, departures.has_others)
+        };
+        let person: Element<'_> = ("person", &[("depart", "9")]);
+        assert_eq!(of(&[person, ("walk", &[("edges", "x y")])]), (false, true));
+        assert_eq!(of(&[person, ("personTrip", &[("modes", "public")])]), (false, true));
+        assert_eq!(of(&[person, ("personTrip", &[("modes", "public car")])]), (true, true));
+        assert_eq!(of(&[("flow", &[("number", "9")])]), (true, false));
+        assert_eq!(of(&[("route", &[("edges", "x y")])]), (false, false));
     }
 }

@@ -155,6 +155,26 @@ impl Intake {
         self.obstacles.iter().all(|obstacle| !hinders(&obstacle.way))
     }
 
+    /// Returns that it has no vehicle, which is in the way of a run, but not of whoever looks at its signals; `None` where it
+    /// has one, and where its files could not all be read.
+    pub fn lacks_vehicles(&self) -> Option<Obstacle> {
+        let files = &self.sources.files;
+        if !self.may_load() || files.iter().any(|file| file.scanned.has_vehicles) {
+            return None;
+        }
+        let others = files.iter().filter(|file| file.scanned.has_others);
+        let others: Vec<String> = others.map(|file| file.path.display().to_string()).collect();
+        let reason = match others.is_empty() {
+            true => "none of its files has a vehicle".to_owned(),
+            false => format!(
+                "none of its files has a vehicle, only people or containers ({})",
+                others.join(", ")
+            ),
+        };
+        let way = Way::Change("add vehicles, trips or flows, whose delay a run compares");
+        Some(Obstacle { place: self.path.display().to_string(), reason, way })
+    }
+
     /// Says which of its files a newer SUMO has written than the one that is installed.
     ///
     /// # Arguments
@@ -296,6 +316,24 @@ mod tests {
         assert!(
             told("901", "1800").contains("the last departs at 900 s, and the begin is at 901 s")
         );
+    }
+
+    #[test]
+    fn a_scenario_of_people_alone_has_nothing_to_run() {
+        let lacks = |routes: &str| {
+            let intake = read("<e v='9'/>", routes, &Given::default());
+            assert_eq!(intake.obstacles, [], "its signals can be looked at");
+            intake.lacks_vehicles().map(|obstacle| obstacle.to_string())
+        };
+        let person = "<person id='p' depart='0'><walk edges='a b'/></person>";
+        let said = lacks(&format!("<r>{person}</r>")).unwrap();
+        assert!(said.contains("a.sumocfg: none of its files has a vehicle, only people"), "{said}");
+        assert!(said.contains("r.xml); add vehicles, trips or flows"), "{said}");
+        let said = lacks("<r/>").unwrap();
+        assert!(said.contains("a.sumocfg: none of its files has a vehicle; add"), "{said}");
+        assert_eq!(lacks(&format!("<r>{person}<trip id='t' depart='900'/></r>")), None);
+        let missing = read("<e v='9'/><a v='gone.xml'/>", "<r/>", &Given::default());
+        assert_eq!(missing.lacks_vehicles(), None, "the vehicles may be there");
     }
 
     #[test]

@@ -104,6 +104,15 @@ impl SumoSim {
         self.api.version()
     }
 
+    /// Returns the command line with which SUMO is started for an episode, its name first.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError`] when the configuration cannot be read.
+    pub fn command_line(options: &StartOptions) -> Result<Vec<CString>, SimError> {
+        arguments(options, &SumoConfig::read(&options.config)?)
+    }
+
     /// Returns the lanes of the network that is simulated.
     ///
     /// # Errors
@@ -218,8 +227,7 @@ impl Sim for SumoSim {
         if !options.config.is_file() {
             return Err(SimError::Missing(options.config.clone()));
         }
-        let config = SumoConfig::read(&options.config)?;
-        let argv = arguments(options, &config)?;
+        let argv = Self::command_line(options)?;
         if RUNNING.swap(true, Ordering::Acquire) {
             return Err(SimError::AlreadyRunning);
         }

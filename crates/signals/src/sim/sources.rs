@@ -128,12 +128,12 @@ impl Sources {
         self.files.iter().any(|file| !file.scanned.day_plan.is_empty())
     }
 
-    /// Returns the earliest departure, seconds.
+    /// Returns the earliest departure of a vehicle, seconds.
     pub fn first_departure_s(&self) -> Option<f64> {
         self.files.iter().filter_map(|file| file.scanned.first_s).reduce(f64::min)
     }
 
-    /// Returns the latest departure, seconds.
+    /// Returns the latest departure of a vehicle or end of a flow, seconds.
     pub fn last_departure_s(&self) -> Option<f64> {
         self.files.iter().filter_map(|file| file.scanned.last_s).reduce(f64::max)
     }

@@ -1,14 +1,10 @@
 //! Which arm of an intersection a direction of travel belongs to.
 
-use std::collections::BTreeMap;
-
 use osm_signals::angle::turn_degrees;
 
 use super::header::Heading;
 use crate::family::approaches::Approach;
-
-/// Most degrees between the compass direction that a count names and the way in which the arm leads.
-const MOST_DEG: f64 = 80.0;
+use crate::vocabulary::MOST_OFF_DEG;
 
 /// Cost of a direction without an arm, as if it were so many degrees off.
 const WITHOUT_DEG: f64 = 120.0;
@@ -33,14 +29,9 @@ pub(crate) struct Matching {
 /// * `taken` — arms that other directions have.
 pub(crate) fn matched_arms(headings: &[Heading], arms: &[Approach], taken: &[usize]) -> Matching {
     let incoming: Vec<usize> = (0..arms.len()).filter(|i| arms[*i].lanes_in > 0).collect();
-    let said = |i: &usize| {
-        let first = arms[*i].arm.split_whitespace().next().unwrap_or_default();
-        Heading::ALL.into_iter().find(|heading| heading.name() == first)
-    };
-    let by_name: BTreeMap<Heading, usize> =
-        incoming.iter().filter_map(|i| Some((said(i)?, *i))).collect();
-    if by_name.len() == incoming.len() {
-        let arms = headings.iter().map(|heading| by_name.get(heading).copied()).collect();
+    if let Some(told) = Heading::told(incoming.iter().map(|i| arms[*i].arm.as_str())) {
+        let place = |heading: &Heading| told.iter().position(|other| other == heading);
+        let arms = headings.iter().map(|heading| place(heading).map(|i| incoming[i])).collect();
         return Matching { arms, is_ambiguous: false };
     }
     let free: Vec<usize> = incoming.into_iter().filter(|i| !taken.contains(i)).collect();
@@ -82,7 +73,7 @@ impl Search<'_> {
         };
         for (arm, bearing_deg) in self.bearings_deg.iter().enumerate() {
             let off_deg = turn_degrees(heading.degrees(), bearing_deg + 180.0).abs();
-            if off_deg > MOST_DEG || chosen.contains(&Some(arm)) {
+            if off_deg > MOST_OFF_DEG || chosen.contains(&Some(arm)) {
                 continue;
             }
             chosen.push(Some(arm));

@@ -14,6 +14,9 @@ const NO_MEMORY: [&str; 2] = ["memory allocation of ", "std::bad_alloc"];
 /// Lines of a worker's log that a failure quotes.
 const QUOTED_LINES: usize = 6;
 
+/// What stands between two of them.
+const BETWEEN: &str = " | ";
+
 /// Bytes at the end of a log in which they are looked for; a simulator may have filled it.
 const LOOKED_AT: u64 = 1 << 16;
 
@@ -49,10 +52,15 @@ pub(super) fn verdict(status: ExitStatus, said: Option<Failure>, log: &Path) -> 
         None if killed => Fault::Disturbed,
         None => Fault::Task,
     };
-    let reason = match said {
+    let own = said.as_ref().map(|said| last_lines(&format!("error: {}", said.reason), usize::MAX));
+    let before = own.as_ref().and_then(|own| quoted.strip_suffix(own.as_str()));
+    let reason = match (said, before) {
         // There is nothing else to tell, such as what SUMO says of the input.
-        Some(said) if fault == Fault::Input && quoted == format!("error: {}", said.reason) => {
-            said.reason
+        (Some(said), Some("")) if fault == Fault::Input => said.reason,
+        // What ended it comes first; the lines before may be harmless, or say why.
+        (Some(said), Some(before)) if !before.is_empty() => {
+            let before = before.trim_end_matches(BETWEEN);
+            format!("{how}: error: {}; before that: {before}", said.reason)
         }
         _ if quoted.is_empty() => how,
         _ => format!("{how}: {quoted}"),
@@ -88,7 +96,7 @@ fn end(log: &Path) -> String {
 
 fn last_lines(text: &str, count: usize) -> String {
     let lines: Vec<&str> = text.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
-    lines[lines.len().saturating_sub(count)..].join(" | ")
+    lines[lines.len().saturating_sub(count)..].join(BETWEEN)
 }
 
 #[cfg(test)]
@@ -139,6 +147,12 @@ mod tests {
         assert_eq!(reason, "the worker ended with exit code 2: Error: no such edge | Quitting");
         let alone = of(2 << 8, Some(Fault::Input), "error: its words\n");
         assert_eq!(alone, (Fault::Input, "its words".to_owned()), "the log has nothing else");
+        let (_, reason) =
+            of(1 << 8, Some(Fault::Task), "Warning: slow\nError: a\nerror: its words\n");
+        let expected = "the worker ended with exit code 1: error: its words; before that: Warning: slow | Error: a";
+        assert_eq!(reason, expected, "what ended it comes first");
+        let (_, reason) = of(1 << 8, Some(Fault::Task), "error: its words\n");
+        assert_eq!(reason, "the worker ended with exit code 1: error: its words");
         assert_eq!(of(1 << 8, Some(Fault::Machine), "x"), (Fault::Machine, "its words".to_owned()));
         assert_eq!(of(1 << 8, Some(Fault::Own), "x"), (Fault::Own, "its words".to_owned()));
         assert_eq!(of(9, Some(Fault::Task), "x"), (Fault::Task, "its words".to_owned()));

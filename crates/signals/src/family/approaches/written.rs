@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use basics::files::lines;
+
 use super::{
     Approach, Arrivals, COLUMNS, Intersection, MANNERS, PEDESTRIANS, PERIOD, STORAGE, VOLUMES,
 };
@@ -18,7 +20,6 @@ pub fn to_csv(rows: &[Approach]) -> String {
     let has_pedestrians = rows.iter().any(|a| walks(a).is_some());
     let has_storage =
         rows.iter().any(|a| a.left_storage_m.is_some() || a.right_storage_m.is_some());
-    let mut writer = csv::Writer::from_writer(Vec::new());
     let mut header = COLUMNS.to_vec();
     if has_storage {
         header.extend(STORAGE);
@@ -32,7 +33,7 @@ pub fn to_csv(rows: &[Approach]) -> String {
     if has_pedestrians {
         header.push(PEDESTRIANS);
     }
-    writer.write_record(header).expect("memory takes every row");
+    let mut table = vec![header.into_iter().map(str::to_owned).collect()];
     for a in rows {
         let place =
             |degrees: f64| if degrees.is_nan() { String::new() } else { format!("{degrees:?}") };
@@ -68,10 +69,9 @@ pub fn to_csv(rows: &[Approach]) -> String {
             let rounded = |per_h: f64| ((per_h * COUNT).round() / COUNT).to_string();
             row.push(walks(a).map_or_else(String::new, rounded));
         }
-        writer.write_record(row).expect("memory takes every row");
+        table.push(row);
     }
-    let table = writer.into_inner().expect("memory takes every row");
-    String::from_utf8(table).expect("texts are UTF-8")
+    String::from_utf8(lines(&table)).expect("texts are UTF-8")
 }
 
 fn counted(approach: &Approach) -> [String; VOLUMES.len() + MANNERS.len()] {
@@ -151,5 +151,10 @@ mod tests {
             .replace("0.92,,\n", "0.92,,,\n");
         let rows: Vec<Approach> = read(&walked, "a.csv").unwrap().remove(0).arms;
         assert_eq!(to_csv(&rows), walked);
+        let computed = plain.replace("7,A", "'=1+1,'@A").replace("7,B", "'=1+1,-B");
+        let rows: Vec<Approach> = read(&computed, "a.csv").unwrap().remove(0).arms;
+        let names = [&rows[0].intersection, &rows[0].arm, &rows[1].arm];
+        assert_eq!(names, ["=1+1", "@A", "-B"]);
+        assert_eq!(to_csv(&rows), computed.replace(",-B", ",'-B"));
     }
 }

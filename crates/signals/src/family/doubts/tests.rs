@@ -273,3 +273,25 @@ fn lengths_speeds_bearings_and_places_that_cannot_be_meant_are_told() {
     let expected = "latitude 0 and longitude 0, which stands for no place (line 2: intersection 0)";
     assert!(nowhere.iter().any(|said| said == expected), "{nowhere:?}");
 }
+
+#[test]
+fn arms_named_after_directions_that_their_bearings_are_not_are_named() {
+    let said = |names: [&str; 4]| {
+        let row = |(name, bearing_deg): (&str, u32)| {
+            format!("7,{name},40,-75,{bearing_deg},2,2,0,0,35,390,4000,lsr\n")
+        };
+        let rows = names.into_iter().zip([10, 95, 185, 280]).map(row).collect::<String>();
+        let intersections = read(&format!("{HEADER}{rows}"), "a.csv").unwrap();
+        directions(&intersections).map(|doubt| doubt.rows)
+    };
+    assert_eq!(said(["SB Main St", "WB 5th", "NB Main St", "EB 5th"]), None);
+    // At 45 degrees either direction may be meant.
+    assert_eq!(said(["SW Main St", "NW 5th", "NE Main St", "SE 5th"]), None);
+    let expected = [
+        "line 2: NB Main St, whose vehicles travel at 190 degrees",
+        "line 4: SB Main St, whose vehicles travel at 5 degrees",
+    ];
+    let astray = said(["NB Main St", "WB 5th", "SB Main St", "EB 5th"]).unwrap();
+    assert_eq!(astray, expected);
+    assert_eq!(said(["NB Main St", "WB 5th", "C", "EB 5th"]), None, "the compass counts");
+}

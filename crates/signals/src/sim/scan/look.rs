@@ -24,6 +24,12 @@ const READERS: [&str; 2] = ["rerouter", "variableSpeedSign"];
 /// What adds or removes vehicles as traffic is.
 const CHANGERS: [&str; 2] = ["calibrator", "vaporizer"];
 
+/// Types of programs that measure on lanes in a row, as detectors of [`AREA_DETECTORS`] do.
+const MEASURING: [&str; 2] = ["delay_based", "NEMA"];
+
+/// Detectors of lanes in a row.
+const AREA_DETECTORS: [&str; 2] = ["laneAreaDetector", "e2Detector"];
+
 /// Emission class in place of one whose tables are no part of what is hashed: SUMO's default.
 const EMISSION_CLASS: &str = "HBEFA3/PC_G_EU4";
 
@@ -111,11 +117,28 @@ impl Look {
         }) {
             self.late.get_or_insert(position);
         }
+        self.measures(&tag, &attributes);
         if tag == "param" {
             return self.parameter(position, &attributes);
         }
         for attribute in attributes {
             self.attribute(position, &tag, attribute);
+        }
+    }
+
+    /// Keeps the first signals and detectors that measure on lanes in a row.
+    fn measures(&mut self, tag: &str, attributes: &[Attribute]) {
+        let of = |wanted: &str| {
+            attributes.iter().find(|a| a.name == wanted).map_or("", |a| a.value.as_str())
+        };
+        let what = match tag {
+            "tlLogic" if MEASURING.contains(&of("type")) => "signal",
+            _ if AREA_DETECTORS.contains(&tag) => "detector",
+            _ => return,
+        };
+        let (known, name) = (&mut self.scanned.measures_lanes, format!("{what} {}", of("id")));
+        if known.len() < NAMED && !known.contains(&name) {
+            known.push(name);
         }
     }
 
