@@ -351,6 +351,7 @@ mod tests {
             score,
             interval,
             points: (1, 1),
+            left_out: 0,
             sampling: Sampling::All,
             has_looks: false,
             seeds: 5,
