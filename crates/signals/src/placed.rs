@@ -9,7 +9,7 @@
 //! - **Right turns without a phase** go with the through movement of their approach, and left turns from shared lanes yield
 //!   in its phases. This is said, unless the right turn shares a lane with it. Any other movement needs a phase.
 //! - **Movements that cross** may not both have the right of way. Where one yields that is no left turn across opposing
-//!   traffic, this is said. Right turns are no part of this: they yield.
+//!   traffic, this is said, and where both lead into lanes of one arm side by side. Right turns are no part of this: they yield.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
@@ -535,8 +535,8 @@ fn complete(
     Ok(())
 }
 
-/// Refuses phases that give crossing movements the right of way together, and notes where one yields that is no left turn
-/// across opposing traffic: programs at skew arms have such, and so may a mistake.
+/// Refuses phases that give crossing movements the right of way together. Notes where one yields that is no left turn across
+/// opposing traffic, and where both lead into lanes side by side: programs at skew arms have such, and so may a mistake.
 fn no_crossing(
     plan: &ExistingPlan,
     spec: &IntersectionSpec,
@@ -562,7 +562,11 @@ fn no_crossing(
                         && !(*one_yields && turns_across(m, o, spec, &layout.movements))
                         && !(*other_yields && turns_across(o, m, spec, &layout.movements))
                 };
-                if !ways(one).iter().any(|m| ways(other).iter().any(|o| meets(m, o))) {
+                let both = ways(one)
+                    .into_iter()
+                    .flat_map(|m| ways(other).into_iter().map(move |o| (m, o)));
+                let meeting: Vec<_> = both.filter(|(m, o)| meets(m, o)).collect();
+                if meeting.is_empty() {
                     continue;
                 }
                 let [a, b] = [a, b].map(|p| &plan.phases[*p]);
@@ -573,9 +577,14 @@ fn no_crossing(
                         b.number, a.number, a.barrier
                     ),
                 };
-                let yielding = match (*one_yields, *other_yields) {
-                    (true, _) => one,
-                    (false, true) => other,
+                let how = match (*one_yields, *other_yields) {
+                    (true, _) => format!("which cross, and {one} yields"),
+                    (false, true) => format!("which cross, and {other} yields"),
+                    (false, false)
+                        if meeting.iter().all(|(m, o)| are_side_by_side(m, o, spec, layout)) =>
+                    {
+                        "which lead into lanes side by side".to_owned()
+                    }
                     (false, false) => {
                         return Err(format!(
                             "{numbers} {other} and {one}, which cross; correct ring and barrier, or put a turn across opposing \
@@ -583,8 +592,7 @@ fn no_crossing(
                         ));
                     }
                 };
-                let note =
-                    format!("{numbers} {other} and {one}, which cross, and {yielding} yields");
+                let note = format!("{numbers} {other} and {one}, {how}");
                 if !notes.contains(&note) {
                     notes.push(note);
                 }
@@ -592,6 +600,23 @@ fn no_crossing(
         }
     }
     Ok(())
+}
+
+/// Returns whether two movements lead into lanes of one arm side by side, without crossing: the further clockwise from that arm
+/// vehicles come from, the further left they drive away.
+fn are_side_by_side(
+    a: &ArmMovement,
+    b: &ArmMovement,
+    spec: &IntersectionSpec,
+    layout: &LaneLayout,
+) -> bool {
+    let arms = spec.arms.len();
+    let around = |m: &ArmMovement| (m.from + arms - m.to) % arms;
+    let [right, left] = if around(a) < around(b) { [*a, *b] } else { [*b, *a] };
+    let lanes = |movement: ArmMovement| {
+        layout.connections.iter().filter(move |c| c.movement == movement).map(|c| c.to_lane)
+    };
+    a.to == b.to && lanes(right).max() < lanes(left).min()
 }
 
 /// Returns whether a movement is a left turn and another one comes from the opposite arm.
@@ -747,6 +772,24 @@ mod tests {
             let expected = format!("phase 4 has EBT and {name}, which cross, and {name} yields");
             assert!(placed.refused.is_empty() && said.contains(&expected), "{said}");
         }
+    }
+
+    #[test]
+    fn movements_that_lead_into_lanes_side_by_side_are_said_and_not_refused() {
+        let tried = |first: &str| {
+            let phases = [first, "NBT NBR", "WBL", "SBL SBT SBR", "EBL EBT EBR"];
+            let phases = (1..).zip(phases).map(|(k, names)| phase(k, [1, 1, k], names));
+            let plan = ExistingPlan::new(Control::Actuated, phases.collect());
+            let placed = placed(&scenario(&CROSS, ""), &plans(plan)).unwrap();
+            let refused = placed.refused.into_iter().map(|(_, why)| why).collect::<String>();
+            (refused, placed.doubts.iter().map(Doubt::brief).collect::<String>())
+        };
+        // The left lane of the south leads to the left lane of the west, and the right lane of the east to the right one.
+        let (refused, said) = tried("WBT WBR NBL");
+        let expected = "phase 1 has WBT and NBL, which lead into lanes side by side";
+        assert!(refused.is_empty() && said.contains(expected), "{refused}{said}");
+        let (refused, _) = tried("WBT WBR NBL NBT");
+        assert!(refused.contains("phase 1 has WBT and NBT, which cross"), "{refused}");
     }
 
     #[test]

@@ -136,7 +136,8 @@ impl Look {
             _ if AREA_DETECTORS.contains(&tag) => "detector",
             _ => return,
         };
-        let (known, name) = (&mut self.scanned.measures_lanes, format!("{what} {}", of("id")));
+        let name = format!("{what} {}", of("id").replace('\u{1a}', "?"));
+        let known = &mut self.scanned.measures_lanes;
         if known.len() < NAMED && !known.contains(&name) {
             known.push(name);
         }

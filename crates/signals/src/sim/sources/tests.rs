@@ -108,6 +108,14 @@ fn outputs_and_day_plans_are_counted_with_the_place_of_the_first() {
 }
 
 #[test]
+fn what_measures_on_lanes_in_a_row_is_known_by_name() {
+    let text = "<a><tlLogic id='A' type='delay_based' programID='0'/><tlLogic id='A' type='delay_based' programID='1'/>\
+        <tlLogic id='B' type='actuated'/><tlLogic id='C' type='NEMA'/><laneAreaDetector id='d' file='NUL'/></a>";
+    let found = with(&[("a.xml", text.as_bytes())]);
+    assert_eq!(found.files[1].scanned.measures_lanes, ["signal A", "signal C", "detector d"]);
+}
+
+#[test]
 fn all_that_is_in_the_way_is_found_with_its_place() {
     let deep = "<a>".repeat(1001);
     for (text, expected) in [
