@@ -74,11 +74,14 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
     let side = loaded.scenario.network.driving_side;
     let mut placed = Placed::default();
     let mut plans = plans.clone();
-    let (mut odd, mut elsewhere) = (Vec::new(), Vec::new());
+    let (mut odd, mut unread, mut elsewhere) = (Vec::new(), Vec::new(), Vec::new());
     for program in &plans.programs {
         match of_states(program, loaded, &specs, side) {
             Ok(Some((plan, notes))) => {
                 odd.extend(notes);
+                unread.extend((!program.unread.is_empty()).then(|| {
+                    format!("signal {}: {}", program.program.signal, program.unread.join(", "))
+                }));
                 plans.all.push(plan);
             }
             Ok(None) => elsewhere.push(program.program.signal.clone()),
@@ -171,6 +174,7 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
         "programs of SUMO are shown as phases of one ring; check that the states have the links of the network in its order",
         odd,
     ));
+    placed.doubts.extend(Doubt::of("parameters of programs that have no effect here", unread));
     Ok(placed)
 }
 
@@ -942,6 +946,17 @@ mod tests {
         );
         assert_eq!(plan.ways["NBT"], [("in2".to_owned(), "out0".to_owned())]);
         assert_eq!(placed.given[0].intersection, "7");
+    }
+
+    #[test]
+    fn parameters_of_a_program_that_are_not_read_are_told() {
+        let mut given = program(["GGgrrrGGgrrr", "rrrGGgrrrGGg"]);
+        given.programs[0].unread = vec!["jam-threshold".to_owned()];
+        let placed = placed(&scenario(&CROSS, ""), &given).unwrap();
+        let told: Vec<String> = placed.doubts.iter().map(Doubt::brief).collect();
+        let expected =
+            "parameters of programs that have no effect here (signal 7: jam-threshold)".to_owned();
+        assert!(told.contains(&expected), "{told:?}");
     }
 
     #[test]
