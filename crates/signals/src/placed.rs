@@ -490,7 +490,7 @@ fn complete(
     for (arm, turn) in all.into_iter().filter(|way| !served.contains(way)) {
         let Some((heading, _)) = arms.iter().find(|(_, of)| **of == arm) else {
             return Err(format!(
-                "an approach has no phase (arm {arm}, clockwise from north, of the network); give its movements to phases"
+                "an approach has no phase (edge in{arm} of the network); give its movements to phases"
             ));
         };
         let name = format!("{heading}{}", on_side(turn, side).letter());
@@ -993,6 +993,10 @@ mod tests {
         let e = of(&program(["GGrr", "rrGG"]));
         let expected = "signal 7: states have 4 letters, but the intersection has 12 links (SBR SBT SBL WBR WBT WBL NBR NBT";
         assert!(e.contains("p.add.xml, line 1") && e.contains(expected), "{e}");
+        let left = scenario(&CROSS, "[network]\ndriving_side = \"left\"\n");
+        let e = placed(&left, &program(["GGrr", "rrGG"])).unwrap_err().to_string();
+        let expected = "(NBL NBT NBR WBL WBT WBR SBL SBT SBR EBL EBT EBR)";
+        assert!(e.contains(expected), "anticlockwise from the southern arm: {e}");
         let mut other = program(["GGgrrrGGgrrr", "rrrGGgrrrGGg"]);
         other.programs[0].program.signal = "gneJ1".into();
         let e = of(&other);
