@@ -4,6 +4,8 @@
 #[path = "libsumo_fixture/mod.rs"]
 mod fixture;
 
+use std::fs;
+
 use fixture::Scenario;
 use tsc_family::traffic::sim::libsumo::SumoSim;
 use tsc_family::traffic::sim::{Program, ProgramKind, ProgramPhase, Sim, SimError, Snapshot};
@@ -34,17 +36,28 @@ fn remaining_s(sim: &mut SumoSim) -> usize {
 fn installed_programs_and_set_phases_take_effect() {
     let scenario = Scenario::new();
     let mut sim = SumoSim::new().unwrap();
-    let scene = sim.start(&scenario.options("net", "programs", ROUTES)).unwrap();
+    let add = scenario.file("gaps", "add");
+    let actuated = |id: &str, parameter: &str| {
+        format!(
+            "<tlLogic id='S' type='actuated' programID='{id}' offset='0'>{parameter}\
+             <phase duration='20' minDur='5' maxDur='40' state='GGrr'/><phase duration='3' state='yyrr'/></tlLogic>"
+        )
+    };
+    let (with, without) = (actuated("g", "<param key='max-gap' value='2.5'/>"), actuated("h", ""));
+    fs::write(&add, format!("<additional>{with}{without}</additional>")).unwrap();
+    let mut options = scenario.options("net", "programs", ROUTES);
+    options.args = vec!["--additional-files".to_owned(), add.display().to_string()];
+    let scene = sim.start(&options).unwrap();
+    let s = &scene.signals[2];
+    let gaps: Vec<_> = s.programs.iter().map(|p| (p.id.as_str(), p.max_gap_s)).collect();
+    assert_eq!(gaps, [("0", None), ("g", Some(2.5)), ("h", None)]);
     let a = &scene.signals[0];
     assert_eq!((a.active_program.as_str(), a.programs[0].kind), ("0", ProgramKind::Static));
     assert!(a.programs[0].phases.iter().all(|p| p.state.len() == a.links.len()));
     let (green, red) = ("G".repeat(a.links.len()), "r".repeat(a.links.len()));
 
-    let mut program = Program {
-        id: "own".to_owned(),
-        kind: ProgramKind::Static,
-        phases: vec![ProgramPhase::fixed(&green, 7.0), ProgramPhase::fixed(&red, 20.0)],
-    };
+    let phases = vec![ProgramPhase::fixed(&green, 7.0), ProgramPhase::fixed(&red, 20.0)];
+    let mut program = Program::new("own", ProgramKind::Static, phases);
     sim.step(3).unwrap();
     sim.install(0, &program).unwrap();
     assert_eq!(phase(&mut sim, 0), 0);
@@ -71,11 +84,8 @@ fn installed_programs_and_set_phases_take_effect() {
     // The queue of the red phase prolongs the actuated green beyond its minimum.
     let limits =
         |state: &str| ProgramPhase { min_s: 5.0, max_s: 60.0, ..ProgramPhase::fixed(state, 5.0) };
-    let actuated = Program {
-        id: "actuated".to_owned(),
-        kind: ProgramKind::Actuated,
-        phases: vec![limits(&green), ProgramPhase::fixed(&red, 5.0)],
-    };
+    let phases = vec![limits(&green), ProgramPhase::fixed(&red, 5.0)];
+    let actuated = Program::new("actuated", ProgramKind::Actuated, phases);
     sim.step(20).unwrap();
     sim.install(0, &actuated).unwrap();
     let green_s = remaining_s(&mut sim);

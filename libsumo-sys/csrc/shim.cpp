@@ -309,6 +309,19 @@ std::vector<int32_t> reached(const libsumo::TraCILogic &logic) {
     return is_reached;
 }
 
+// Returns the parameter `max-gap` of a program, seconds; -1 where it has none that is a number.
+double max_gap_s(const libsumo::TraCILogic &logic) {
+    const auto found = logic.subParameter.find("max-gap");
+    if (found == logic.subParameter.end()) {
+        return -1.0;
+    }
+    try {
+        return std::stod(found->second);
+    } catch (const std::exception &) {
+        return -1.0;
+    }
+}
+
 SignalStore describe(const std::string &signal) {
     SignalStore store;
     const auto by_index = car_links(signal);
@@ -339,7 +352,8 @@ SignalStore describe(const std::string &signal) {
     }
     for (size_t i = 0; i < store.logics.size(); ++i) {
         store.programs.push_back({store.logics[i].programID.c_str(), store.logics[i].type,
-                                  store.phases[i].data(), store.phases[i].size()});
+                                  store.phases[i].data(), store.phases[i].size(),
+                                  max_gap_s(store.logics[i])});
     }
     store.active = TrafficLight::getProgram(signal);
     store.railway = std::any_of(

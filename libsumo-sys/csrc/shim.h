@@ -45,6 +45,8 @@ typedef struct {
     int32_t type;
     const SumoPhase *phases;
     size_t phase_count;
+    /// Gap between vehicles that ends a green of an actuated program, seconds; negative where no parameter says it.
+    double max_gap_s;
 } SumoProgram;
 
 /// A connection that a signal controls.

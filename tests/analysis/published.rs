@@ -38,8 +38,12 @@ fn published_report_is_the_programs(run_at: &Path, to: &Path) {
     let mut compared = 0;
     for entry in fs::read_dir(run_at.join("report")).unwrap().map(Result::unwrap) {
         let name = entry.file_name();
-        let is_page = ["csv", "html", "svg", "tex"].iter().any(|e| entry.path().extension().is_some_and(|x| x == *e));
-        let Some(now) = fs::read(to.join("report").join(&name)).ok().filter(|_| is_page) else { continue };
+        let is_page = ["csv", "html", "svg", "tex"]
+            .iter()
+            .any(|e| entry.path().extension().is_some_and(|x| x == *e));
+        let Some(now) = fs::read(to.join("report").join(&name)).ok().filter(|_| is_page) else {
+            continue;
+        };
         let same = fs::read(entry.path()).unwrap() == now;
         assert!(same, "{} is of another build; make the report again", entry.path().display());
         compared += 1;

@@ -272,3 +272,65 @@ fn plain_sumo_repeats_an_episode_of_any_method_of_a_part_of_a_scenario() {
     );
     assert_eq!(episodes_are_repeated(folder), 5);
 }
+
+#[test]
+fn plain_sumo_repeats_a_scenario_whose_options_a_run_replaces() {
+    let scenario = Scenario::new();
+    let config = three_signals(&scenario);
+    let folder = config.parent().unwrap();
+    let options = "<mesosim value='true'/><tls.all-off value='1'/><max-depart-delay value='30'/>\
+        <time-to-teleport.highways value='20'/><collision.action value='remove'/><remote-port value='8899'/>\
+        <tripinfo value='mine.xml'/><netstate-dump value='dump.xml'/></configuration>";
+    let text = fs::read_to_string(&config).unwrap();
+    fs::write(&config, text.replace("</configuration>", options)).unwrap();
+    // At 130 s a fixed cycle of the shortest greens of `actuated`, which is 20 s long, is not in its first phase.
+    let given = "--begin 130 --end 500 --step-length 1 --accept microscopic,signals-on";
+    let methods = "--methods actuated --eval-seeds 1";
+    succeed(folder, &format!("run --sumocfg a.sumocfg {given} {methods} --quiet --out out"));
+    let plans = folder.join("out/report/plans");
+    let winner = fs::read_to_string(plans.join("a.winner.sumocfg")).unwrap();
+    assert!(winner.contains("a.actuated.add.xml"), "{winner}");
+    for (summary, rows) in records(folder) {
+        let method = summary["method"].as_str().unwrap();
+        let own = winner.replace("a.actuated.add.xml", &format!("a.{method}.add.xml"));
+        fs::write(plans.join("own.sumocfg"), own).unwrap();
+        let delay_s = delay_s(folder, "-c out/report/plans/own.sumocfg");
+        assert_eq!(rows[0]["metrics"]["delay_s"], delay_s, "{method}");
+    }
+    assert_eq!(episodes_are_repeated(folder), 2);
+    for written in ["mine.xml", "dump.xml"] {
+        assert!(!plans.join(written).exists() && !folder.join("played").join(written).exists());
+    }
+}
+
+#[test]
+fn plain_sumo_repeats_episodes_of_a_scenario_whose_programs_change_by_the_clock() {
+    let scenario = Scenario::new();
+    let config = three_signals(&scenario);
+    let folder = config.parent().unwrap();
+    let network = fs::read_to_string(folder.join("net.net.xml")).unwrap();
+    let program = network.split("<tlLogic id=\"A\"").nth(1).unwrap();
+    let program = program.split("</tlLogic>").next().unwrap();
+    let night = program
+        .replace("programID=\"0\"", "programID=\"night\"")
+        .replace("offset=\"0\"", "offset=\"20\"");
+    assert_ne!(night, program);
+    let add = format!(
+        "<additional><tlLogic id=\"A\"{night}</tlLogic><WAUT refTime='0' id='w' startProg='0'>\
+         <wautSwitch time='300' to='night'/></WAUT><wautJunction wautID='w' junctionID='A'/>\
+         <e1Detector id='d' lane='WA_0' pos='1' freq='10' file='mine.txt'/></additional>"
+    );
+    fs::write(folder.join("add.xml"), add).unwrap();
+    let text = fs::read_to_string(&config).unwrap();
+    let add = "<additional-files value='add.xml'/></configuration>";
+    fs::write(&config, text.replace("</configuration>", add)).unwrap();
+    let methods = "--methods program,actuated,max-pressure --eval-seeds 1";
+    succeed(folder, &format!("run --sumocfg a.sumocfg {methods} --quiet --out out"));
+    assert_eq!(episodes_are_repeated(folder), 4);
+    assert!(!folder.join("mine.txt").exists());
+    // Programs that the clock takes away again are none that a configuration shows.
+    let text = stderr(&crate::common::run(folder, "report out"));
+    assert!(text.contains("its signals change their programs by the clock (<WAUT>)"), "{text}");
+    assert!(!folder.join("out/report/plans/a.winner.sumocfg").exists());
+    assert!(folder.join("out/report/plans/a.actuated.add.xml").exists());
+}

@@ -240,6 +240,11 @@ mod tests {
         let of = BASIS.capacities(&all);
         near(of[0].unwrap().ratio, 0.44);
         assert_eq!(of[0], of[1]);
+        assert!(of[0].unwrap().delay_s.is_some());
+        // The right turn has an arrow longer than the green beside it, for which the manual has no such formula.
+        let mut arrow = all.clone();
+        arrow[1].supply.as_mut().unwrap().protected_share = 0.6;
+        assert_eq!(BASIS.capacities(&arrow)[0].unwrap().delay_s, None);
         near(of[2].unwrap().group_vph.unwrap(), 1900.0 / 1.05 * 0.1);
         let mirrored = Basis { is_right_hand: false, ..BASIS };
         near(mirrored.capacities(&all)[2].unwrap().group_vph.unwrap(), 1900.0 / 1.18 * 0.1);

@@ -13,7 +13,7 @@ use minijinja::{Value, context};
 use super::answers::today;
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
-use super::movements::{self, TaskMovements};
+use super::movements;
 use super::plans::cabinet::{of_plan, phases, seconds};
 use super::plans::left_turns::unprotected;
 use super::plans::remove_earlier;
@@ -31,6 +31,7 @@ use evaluation::stats::mean_interval;
 use evaluation::stats::score::mean;
 use signals::existing::ExistingPlan;
 use signals::family::load::id_of_intersection;
+use signals::movement_results::MovementResult;
 use signals::places::DrawnIntersection;
 
 /// Name of the folder within the report.
@@ -133,18 +134,37 @@ fn compared(seen: Seen<'_>, (point, drawn): &(usize, &DrawnIntersection)) -> Opt
     })
 }
 
-/// Returns the stops per vehicle of a method, over all its trainings as its delay is.
-fn stops(seen: Seen<'_>, point: usize, method: usize) -> Option<f64> {
+/// Stops per vehicle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stops {
+    per_vehicle: f64,
+    /// Sum over the stops of a vehicle of the square of the speed limit where each is, mph squared; absent where a speed is
+    /// not known.
+    mph2: Option<f64>,
+}
+
+/// Returns the stops of a method, over all its trainings as its delay is.
+fn stops(seen: Seen<'_>, point: usize, drawn: &DrawnIntersection, method: usize) -> Option<Stops> {
     let own = seen.shown.movements.iter().filter(|t| (t.point, t.method) == (point, method));
-    let of_task = |task: &TaskMovements| {
-        let (mut stops, mut vehicles) = (0.0, 0.0);
-        for m in task.results.iter().filter(|m| m.vehicles_veh > 0.0) {
-            stops += m.stops? * m.vehicles_veh;
-            vehicles += m.vehicles_veh;
-        }
-        (vehicles > 0.0).then(|| stops / vehicles)
-    };
-    mean(&own.map(of_task).collect::<Option<Vec<f64>>>()?)
+    let own = own.map(|task| stops_of(&task.results, drawn)).collect::<Option<Vec<_>>>()?;
+    let per_vehicle = own.iter().map(|s| s.per_vehicle).collect::<Vec<_>>();
+    let mph2 = own.iter().map(|s| s.mph2).collect::<Option<Vec<_>>>();
+    Some(Stops { per_vehicle: mean(&per_vehicle)?, mph2: mph2.and_then(|all| mean(&all)) })
+}
+
+/// Returns the stops of the vehicles of all movements, each on the approach that its vehicles come from; absent where they
+/// were not recorded.
+fn stops_of(results: &[MovementResult], drawn: &DrawnIntersection) -> Option<Stops> {
+    let mph = |edge: &str| drawn.arms.iter().find(|a| a.edge == edge).map(|a| a.speed_mph);
+    let (mut vehicles, mut stops, mut mph2) = (0.0, 0.0, Some(0.0_f64));
+    for m in results.iter().filter(|m| m.vehicles_veh > 0.0) {
+        let own = m.stops? * m.vehicles_veh;
+        vehicles += m.vehicles_veh;
+        stops += own;
+        mph2 = mph2.zip(mph(&m.from)).map(|(sum, mph)| sum + own * mph * mph);
+    }
+    (vehicles > 0.0)
+        .then(|| Stops { per_vehicle: stops / vehicles, mph2: mph2.map(|sum| sum / vehicles) })
 }
 
 /// Returns what a method costs in a year.
@@ -158,10 +178,9 @@ fn yearly(
     let result = data.points[c.point].results[method].as_ref()?;
     let horizon_s = horizon_s(&data.manifest.identity)?;
     let vehicles = result.metrics.get("vehicles_veh")? * HOUR_S / horizon_s * c.hours;
-    let lanes = |arm: &&signals::places::DrawnArm| !arm.lanes.is_empty();
-    let speeds: Vec<f64> = drawn.arms.iter().filter(lanes).map(|arm| arm.speed_mph).collect();
-    let stops = stops(seen, c.point, method);
-    Some(shown.worth.yearly(vehicles, result.objective, stops, mean(&speeds)))
+    let stops = stops(seen, c.point, drawn, method);
+    let (per_vehicle, mph2) = (stops.map(|s| s.per_vehicle), stops.and_then(|s| s.mph2));
+    Some(shown.worth.yearly(vehicles, result.objective, per_vehicle, mph2))
 }
 
 /// Returns the mean of values and half the width of its interval; no width for a single one.
@@ -225,7 +244,7 @@ fn row(seen: Seen<'_>, c: &Compared, drawn: &DrawnIntersection, method: usize) -
         level => letter(result.objective).to_string(),
         change => change.map(|change| with_width(change, true)),
         probability,
-        stops => stops(seen, c.point, method).map(|stops| format!("{stops:.2}")),
+        stops => stops(seen, c.point, drawn, method).map(|s| format!("{:.2}", s.per_vehicle)),
         hours => number(year.map(|y| y.vehicle_hours)),
         yearly_stops => number(year.and_then(|y| y.stops)),
         litres => number(year.and_then(|y| y.litres)),
@@ -377,7 +396,63 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
 
 #[cfg(test)]
 mod tests {
+    use signals::places::DrawnArm;
+
     use super::*;
+    use crate::worth::Worth;
+
+    fn arm(edge: &str, speed_mph: f64) -> DrawnArm {
+        DrawnArm {
+            name: edge.to_owned(),
+            edge: edge.to_owned(),
+            bearing_deg: 0.0,
+            lanes: vec!["s".to_owned()],
+            lanes_out: 1,
+            speed_mph,
+            left_storage_m: None,
+            right_storage_m: None,
+        }
+    }
+
+    fn movement(from: &str, vehicles_veh: f64, stops: f64) -> MovementResult {
+        MovementResult {
+            from: from.to_owned(),
+            to: "out".to_owned(),
+            movement: String::new(),
+            signal: String::new(),
+            links: Vec::new(),
+            vehicles_veh,
+            unfinished_veh: 0.0,
+            delay_s: Some(0.0),
+            stops: Some(stops),
+            queue_50_veh: 0.0,
+            queue_95_veh: 0.0,
+            storage_m: None,
+            supply: None,
+        }
+    }
+
+    #[test]
+    fn the_fuel_of_a_stop_is_that_of_the_speed_on_its_own_approach() {
+        let drawn = DrawnIntersection {
+            point: "p".to_owned(),
+            intersection: "7".to_owned(),
+            period: String::new(),
+            is_left_hand: false,
+            arms: vec![arm("in0", 50.0), arm("in1", 25.0), arm("in2", 25.0)],
+        };
+        // 50 stops at 50 mph and 300 at 25 mph.
+        let results = [movement("in0", 100.0, 0.5), movement("in1", 300.0, 1.0)];
+        let stops = stops_of(&results, &drawn).unwrap();
+        assert_eq!(stops, Stops { per_vehicle: 350.0 / 400.0, mph2: Some(312_500.0 / 400.0) });
+        let year = Worth::default().yearly(400.0, 0.0, Some(stops.per_vehicle), stops.mph2);
+        // TRANSYT-7F: 0.0000061411 gal times mph squared per stop. The assumption has three digits.
+        let by_hand_l = 0.000_006_141_1 * (50.0 * 2500.0 + 300.0 * 625.0) * 3.785_411_784;
+        let litres = year.litres.unwrap();
+        assert!((litres / by_hand_l - 1.0).abs() < 0.002, "{litres} {by_hand_l}");
+        let elsewhere = [movement("in0", 100.0, 0.5), movement("in9", 1.0, 1.0)];
+        assert_eq!(stops_of(&elsewhere, &drawn).unwrap().mph2, None);
+    }
 
     #[test]
     fn an_interval_is_student_s_and_a_single_seed_has_none() {

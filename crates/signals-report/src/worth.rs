@@ -7,7 +7,7 @@
 //!
 //! Sources: US Department of Transportation, "Benefit-Cost Analysis Guidance for Discretionary Grant Programs" (2021);
 //! TRANSYT-7F's consumption as in the Synchro Studio user guide (0.7329 gal per hour of delay, 0.0000061411 gal times the
-//! speed in mph squared per stop); US EPA, 8.887 kg of CO2 per gallon of petrol.
+//! speed in mph squared per stop, that of the approach on which vehicles stop); US EPA, 8.887 kg of CO2 per gallon of petrol.
 
 use std::path::Path;
 
@@ -172,19 +172,19 @@ impl Worth {
     /// * `vehicles` — in a year.
     /// * `delay_s` — mean per vehicle, seconds.
     /// * `stops` — mean per vehicle.
-    /// * `speed_mph` — of the streets, where it is known.
+    /// * `stops_mph2` — the same, each stop times the square of the speed in mph, where it is known.
     pub(super) fn yearly(
         &self,
         vehicles: f64,
         delay_s: f64,
         stops: Option<f64>,
-        speed_mph: Option<f64>,
+        stops_mph2: Option<f64>,
     ) -> Yearly {
         let [usd_per_h, persons, _, l_per_h, l_per_stop, kg_per_l] = self.values;
         let vehicle_hours = vehicles * delay_s / 3600.0;
         let stops = stops.map(|stops| stops * vehicles);
-        let litres = stops.zip(speed_mph).map(|(stops, mph)| {
-            vehicle_hours * l_per_h + stops * l_per_stop * (mph / STOP_MPH).powi(2)
+        let litres = stops_mph2.map(|stops_mph2| {
+            vehicle_hours * l_per_h + vehicles * stops_mph2 * l_per_stop / STOP_MPH.powi(2)
         });
         Yearly {
             vehicle_hours,
@@ -223,12 +223,12 @@ mod tests {
     #[test]
     fn a_year_is_worth_what_the_assumptions_say() {
         let worth = Worth::of("value_of_time_usd_per_h = 10\npersons_per_vehicle = 2.0").unwrap();
-        let year = worth.yearly(3600.0, 10.0, Some(0.5), Some(60.0));
+        let year = worth.yearly(3600.0, 10.0, Some(0.5), Some(0.5 * 60.0 * 60.0));
         assert_eq!((year.vehicle_hours, year.stops, year.usd), (10.0, Some(1800.0), 200.0));
         // 10 h at 2.774 l/h, and 1800 stops at four times the fuel of 30 mph.
         let litres = year.litres.unwrap();
         assert!((litres - (27.74 + 1800.0 * 0.0836)).abs() < 1e-9, "{litres}");
-        assert_eq!(worth.yearly(1.0, 1.0, None, Some(30.0)).litres, None);
+        assert_eq!(worth.yearly(1.0, 1.0, Some(0.5), None).litres, None);
     }
 
     #[test]

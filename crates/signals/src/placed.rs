@@ -74,11 +74,14 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
     let side = loaded.scenario.network.driving_side;
     let mut placed = Placed::default();
     let mut plans = plans.clone();
-    let (mut odd, mut elsewhere) = (Vec::new(), Vec::new());
+    let (mut odd, mut unread, mut elsewhere) = (Vec::new(), Vec::new(), Vec::new());
     for program in &plans.programs {
         match of_states(program, loaded, &specs, side) {
             Ok(Some((plan, notes))) => {
                 odd.extend(notes);
+                unread.extend((!program.unread.is_empty()).then(|| {
+                    format!("signal {}: {}", program.program.signal, program.unread.join(", "))
+                }));
                 plans.all.push(plan);
             }
             Ok(None) => elsewhere.push(program.program.signal.clone()),
@@ -171,6 +174,7 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
         "programs of SUMO are shown as phases of one ring; check that the states have the links of the network in its order",
         odd,
     ));
+    placed.doubts.extend(Doubt::of("parameters of programs that have no effect here", unread));
     Ok(placed)
 }
 
@@ -364,6 +368,9 @@ fn by_link(spec: &IntersectionSpec, layout: &LaneLayout) -> Vec<ArmMovement> {
     movements
 }
 
+/// A name of a movement after its turn and its number among those of the turn: names of an approach are in the order of its links.
+type Called<'a> = (Reverse<Turn>, u32, &'a String);
+
 /// Returns which movements of the network every name of a plan is; none for a turn that its approach does not have.
 ///
 /// # Arguments
@@ -378,7 +385,7 @@ fn ways(
 ) -> BTreeMap<String, Vec<ArmMovement>> {
     let names: BTreeSet<&String> = plan.phases.iter().flat_map(|p| p.all_movements()).collect();
     let mut ways = BTreeMap::new();
-    let mut of_arms: BTreeMap<usize, Vec<(Reverse<Turn>, u32, &String)>> = BTreeMap::new();
+    let mut of_arms: BTreeMap<usize, Vec<Called<'_>>> = BTreeMap::new();
     for name in names {
         let Some((heading, turn)) = Heading::of_movement(name, side) else { continue };
         let Some(arm) = arms.get(&heading) else { continue };
@@ -486,7 +493,7 @@ fn complete(
     for (arm, turn) in all.into_iter().filter(|way| !served.contains(way)) {
         let Some((heading, _)) = arms.iter().find(|(_, of)| **of == arm) else {
             return Err(format!(
-                "an approach has no phase (arm {arm}, clockwise from north, of the network); give its movements to phases"
+                "an approach has no phase (edge in{arm} of the network); give its movements to phases"
             ));
         };
         let name = format!("{heading}{}", on_side(turn, side).letter());
@@ -988,6 +995,17 @@ mod tests {
     }
 
     #[test]
+    fn parameters_of_a_program_that_are_not_read_are_told() {
+        let mut given = program(["GGgrrrGGgrrr", "rrrGGgrrrGGg"]);
+        given.programs[0].unread = vec!["jam-threshold".to_owned()];
+        let placed = placed(&scenario(&CROSS, ""), &given).unwrap();
+        let told: Vec<String> = placed.doubts.iter().map(Doubt::brief).collect();
+        let expected =
+            "parameters of programs that have no effect here (signal 7: jam-threshold)".to_owned();
+        assert!(told.contains(&expected), "{told:?}");
+    }
+
+    #[test]
     fn the_states_of_a_program_tell_several_exits_on_one_side_apart() {
         // Five arms from north on, each with right turns, through and left turns; the second left turn from the south is
         // green with the approach from the west.
@@ -1021,6 +1039,10 @@ mod tests {
         let e = of(&program(["GGrr", "rrGG"]));
         let expected = "signal 7: states have 4 letters, but the intersection has 12 links (SBR SBT SBL WBR WBT WBL NBR NBT";
         assert!(e.contains("p.add.xml, line 1") && e.contains(expected), "{e}");
+        let left = scenario(&CROSS, "[network]\ndriving_side = \"left\"\n");
+        let e = placed(&left, &program(["GGrr", "rrGG"])).unwrap_err().to_string();
+        let expected = "(NBL NBT NBR WBL WBT WBR SBL SBT SBR EBL EBT EBR)";
+        assert!(e.contains(expected), "anticlockwise from the southern arm: {e}");
         let mut other = program(["GGgrrrGGgrrr", "rrrGGgrrrGGg"]);
         other.programs[0].program.signal = "gneJ1".into();
         let e = of(&other);

@@ -136,6 +136,9 @@ pub struct SignalProgram {
     /// it.
     #[serde(default, skip_serializing_if = "crate::settings::is_zero")]
     pub offset_s: f64,
+    /// Gap between vehicles that ends a green of an actuated program, seconds; absent where it is SUMO's default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_gap_s: Option<f64>,
     /// Its phases, in order; a fixed cycle begins with its first one.
     pub phases: Vec<ProgramPhase>,
     /// The cycle that two rings keep to, seconds; absent in free operation. `offset_s` then says when the coordinated phases
@@ -158,6 +161,7 @@ impl SignalProgram {
             own: false,
             kind,
             offset_s: 0.0,
+            max_gap_s: None,
             phases,
             cycle_s: None,
             stages: None,

@@ -351,7 +351,7 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
 ///
 /// * `timing` — what says how long pedestrians take; none where the signal is not known.
 fn kept(timing: Option<&Timing>, running: Running) -> SignalProgram {
-    let kind = running.program.kind;
+    let (kind, max_gap_s) = (running.program.kind, running.program.max_gap_s);
     let phase = |p: sim::ProgramPhase| {
         let varies =
             kind != ProgramKind::Static && (p.min_s, p.max_s) != (p.duration_s, p.duration_s);
@@ -370,7 +370,7 @@ fn kept(timing: Option<&Timing>, running: Running) -> SignalProgram {
     };
     let phases = running.program.phases.into_iter().map(phase).collect();
     let Running { signal, own, offset_s, .. } = running;
-    SignalProgram { own, offset_s, ..SignalProgram::new(signal, kind, phases) }
+    SignalProgram { own, offset_s, max_gap_s, ..SignalProgram::new(signal, kind, phases) }
 }
 
 #[cfg(test)]

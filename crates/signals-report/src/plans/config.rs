@@ -1,5 +1,8 @@
-//! A SUMO configuration that shows what the best method of a point MDP does: the scenario's own, seen
-//! from another folder, with a program more.
+//! A SUMO configuration that shows what a run simulated: the scenario's own, seen from another folder, with the programs of
+//! a method.
+//!
+//! It has the options that a run gives SUMO ([`signals::sim::options`]) and those that a run sets itself, so plain `sumo`
+//! simulates the same.
 
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -8,24 +11,15 @@ use quick_xml::escape::escape;
 
 use super::program_xml::comment;
 use basics::files::FileError;
-use evaluation::store::manifest::Identity;
-use signals::sim::sumocfg::{file_names, options};
+use evaluation::store::manifest::{Identity, PointRow};
+use signals::environment::given;
+use signals::network_files::GENERATED;
+use signals::sim::SimError;
+use signals::sim::obstacle::Way;
+use signals::sim::sumocfg::SumoConfig;
 
-/// Options that are files, besides those whose names end like one; SUMO's short names are among them.
-const FILES: [&str; 8] = ["n", "net", "r", "routes", "a", "additional", "g", "configuration-file"];
-
-/// Names of the option of additional files.
-const ADDITIONAL: [&str; 3] = ["additional-files", "additional", "a"];
-
-/// Short names of options that may be replaced.
-const SHORT: [(&str, &str); 4] =
-    [("r", "route-files"), ("routes", "route-files"), ("b", "begin"), ("e", "end")];
-
-/// Options that are decided here, or that would write where the scenario lies.
-const DROPPED: [&str; 9] = [
-    "seed", "random", "time-to-teleport", "xml-validation", "output-prefix", "log", "l",
-    "message-log", "error-log",
-];
+/// Option of the files that programs are added to.
+const ADDITIONAL: &str = "additional-files";
 
 /// What a configuration is made of.
 pub(super) struct Show<'a> {
@@ -35,12 +29,8 @@ pub(super) struct Show<'a> {
     pub(super) way: &'a Path,
     /// Name of an additional file beside the new configuration.
     pub(super) additional: Option<&'a str>,
-    /// Options that take the place of the scenario's own, by their long names.
-    pub(super) replaced: &'a [(&'static str, String)],
-    /// Seed of the episode.
-    pub(super) seed: u64,
-    /// Time after which SUMO teleports a vehicle, seconds.
-    pub(super) time_to_teleport_s: f64,
+    /// Options that take the place of the scenario's own: long name, value.
+    pub(super) replaced: &'a [(String, String)],
     /// Lines that say what it is.
     pub(super) comment: &'a [String],
 }
@@ -51,34 +41,21 @@ pub(super) struct Show<'a> {
 ///
 /// What is wrong with the scenario's own.
 pub(super) fn configuration(show: &Show<'_>) -> Result<String, String> {
-    let mut lines = Vec::new();
-    let mut additional: Vec<String> = Vec::new();
-    for (option, value) in options(show.text)? {
-        let is_output = option.ends_with("-output") || option.contains("-output.");
-        let short = SHORT.iter().find(|(short, _)| *short == option).map(|(_, long)| *long);
-        let long = short.unwrap_or(&option);
-        let is_replaced = show.replaced.iter().any(|(name, _)| *name == long);
-        if DROPPED.contains(&option.as_str()) || is_output || is_replaced {
-            continue;
-        }
-        let is_file = FILES.contains(&option.as_str())
-            || option.ends_with("-file")
-            || option.ends_with("-files");
-        let value = if is_file { rebased(&value, show.way)? } else { value };
-        if ADDITIONAL.contains(&option.as_str()) {
-            additional.push(value);
-        } else {
-            lines.push((option, value));
+    // Read as if it lay where the new one does, so that its files are seen from there.
+    let own = SumoConfig::parse(show.text, &show.way.join("own.sumocfg"))?;
+    if let Some(other) = own.obstacles.iter().find(|o| matches!(o.way, Way::Change(_))) {
+        return Err(other.reason.clone());
+    }
+    let is_kept =
+        |option: &&(String, String)| !show.replaced.iter().any(|(name, _)| *name == option.0);
+    let mut lines: Vec<(String, String)> =
+        own.options().iter().filter(is_kept).chain(show.replaced).cloned().collect();
+    if let Some(file) = show.additional {
+        match lines.iter_mut().find(|(option, _)| option == ADDITIONAL) {
+            Some((_, files)) => *files = format!("{files},{file}"),
+            None => lines.push((ADDITIONAL.to_owned(), file.to_owned())),
         }
     }
-    additional.extend(show.additional.map(str::to_owned));
-    lines.extend(show.replaced.iter().map(|(name, value)| ((*name).to_owned(), value.clone())));
-    if !additional.is_empty() {
-        lines.push(("additional-files".to_owned(), additional.join(",")));
-    }
-    lines.push(("seed".to_owned(), show.seed.to_string()));
-    lines.push(("time-to-teleport".to_owned(), show.time_to_teleport_s.to_string()));
-    lines.push(("xml-validation".to_owned(), "never".to_owned()));
     let mut text = comment(show.comment) + "<configuration>\n";
     for (option, value) in lines {
         text += &format!("    <{option} value=\"{}\"/>\n", escape(value.as_str()));
@@ -86,10 +63,31 @@ pub(super) fn configuration(show: &Show<'_>) -> Result<String, String> {
     Ok(text + "</configuration>\n")
 }
 
-/// Returns a list of files, each seen from another folder.
-fn rebased(files: &str, way: &Path) -> Result<String, String> {
-    let file = |f: &String| way.join(f).display().to_string();
-    Ok(file_names(files)?.iter().map(file).collect::<Vec<_>>().join(","))
+/// Returns the options that a run sets itself in an episode: long name, value.
+///
+/// # Errors
+///
+/// [`SimError::Config`] when the manifest has something else than what a command line says.
+pub(super) fn set_by_run(
+    identity: &Identity,
+    point: &PointRow,
+    seed: u64,
+) -> Result<Vec<(String, String)>, SimError> {
+    let mut options = Vec::new();
+    if point.environment != GENERATED {
+        let given = given(point)?;
+        let times =
+            [("begin", given.begin_s), ("end", given.end_s), ("step-length", given.step_length_s)];
+        options.extend(times.into_iter().filter_map(|(name, s)| Some((name, s?.to_string()))));
+    }
+    options.extend([
+        ("seed", seed.to_string()),
+        ("time-to-teleport", time_to_teleport_s(identity).to_string()),
+        ("xml-validation", "never".to_owned()),
+        // Vehicles with a device for safety measures would each write a file.
+        ("device.ssm.file", "NUL".to_owned()),
+    ]);
+    Ok(options.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
 }
 
 /// Returns the way from a folder to the folder of a configuration.
@@ -104,7 +102,7 @@ pub(super) fn way_to(config: &Path, folder: &Path) -> Result<PathBuf, FileError>
 }
 
 /// Returns the time after which the vehicles of a run are teleported, seconds.
-pub(super) fn time_to_teleport_s(identity: &Identity) -> f64 {
+fn time_to_teleport_s(identity: &Identity) -> f64 {
     let set = identity.settings.pointer("/simulation/time_to_teleport_s");
     set.and_then(serde_json::Value::as_f64).unwrap_or(-1.0)
 }
@@ -124,17 +122,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_configuration_is_the_scenario_s_own_with_a_program_more() {
+    fn a_configuration_is_what_the_run_gave_sumo_with_a_program_more() {
         let text = "<configuration><n v='a.net.xml'/><r>a.rou.xml, /abs/b.rou.xml</r>\
             <a v='c.add.xml'/><begin value='0:10:00'/><tripinfo-output value='t.xml'/>\
-            <seed value='3'/><step-length value='0.5'/></configuration>";
+            <seed value='3'/><step-length value='0.5'/><max-depart-delay value='30'/>\
+            <time-to-teleport value='50'/><time-to-teleport.highways value='20'/>\
+            <collision.action value='remove'/><mesosim value='1'/><tls.all-off value='true'/>\
+            <remote-port value='8899'/><tripinfo v='t.xml'/><netstate-dump v='d.xml'/></configuration>";
+        let replaced = [("seed", "42"), ("time-to-teleport", "-1")]
+            .map(|(name, value)| (name.to_owned(), value.to_owned()));
         let show = Show {
             text,
             way: Path::new("../../net"),
             additional: Some("p.add.xml"),
-            replaced: &[],
-            seed: 42,
-            time_to_teleport_s: -1.0,
+            replaced: &replaced,
             comment: &["one".to_owned()],
         };
         insta::assert_snapshot!(configuration(&show).unwrap(), @r#"
@@ -142,21 +143,28 @@ mod tests {
             one
         -->
         <configuration>
-            <n value="../../net/a.net.xml"/>
-            <r value="../../net/a.rou.xml,/abs/b.rou.xml"/>
+            <net-file value="../../net/a.net.xml"/>
+            <route-files value="../../net/a.rou.xml,/abs/b.rou.xml"/>
+            <additional-files value="../../net/c.add.xml,p.add.xml"/>
             <begin value="0:10:00"/>
             <step-length value="0.5"/>
-            <additional-files value="../../net/c.add.xml,p.add.xml"/>
+            <max-depart-delay value="-1"/>
+            <time-to-teleport.highways value="0"/>
+            <collision.action value="warn"/>
+            <mesosim value="false"/>
+            <tls.all-off value="false"/>
             <seed value="42"/>
             <time-to-teleport value="-1"/>
-            <xml-validation value="never"/>
         </configuration>
         "#);
-        let replaced = [("route-files", "v.rou.xml".to_owned()), ("end", "900".to_owned())];
+        let replaced = [("route-files", "v.rou.xml"), ("end", "900")]
+            .map(|(name, value)| (name.to_owned(), value.to_owned()));
         let other = configuration(&Show { replaced: &replaced, ..show }).unwrap();
         assert!(other.contains("<route-files value=\"v.rou.xml\"/>"), "{other}");
         assert!(!other.contains("a.rou.xml") && other.contains("<end value=\"900\"/>"), "{other}");
         assert!(configuration(&Show { text: "<c", ..show }).is_err());
+        let comma = configuration(&Show { way: Path::new("../a,b"), ..show }).unwrap_err();
+        assert!(comma.contains("SUMO reads a comma as two files"), "{comma}");
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! A single episode for plain `sumo` and `sumo-gui`: what signals showed, second by second, with the vehicles.
 //!
 //! Each state that a signal showed becomes one phase of a program, which runs once. So `sumo-gui` shows an episode of any
-//! method, and plain `sumo` repeats its delay.
+//! method, and plain `sumo` repeats its delay. What the scenario's files write, and programs that change by the clock, are
+//! left out of copies, as they are in a run.
 
 use std::path::Path;
 
-use super::config::{Show, configuration, time_to_teleport_s, way_to};
+use super::config::{Show, configuration, set_by_run, way_to};
+use super::files::remove_earlier;
 use super::program_xml::additional;
 use basics::files::{self, limits};
 use evaluation::store::manifest::{Identity, PointRow};
@@ -14,12 +16,17 @@ use signals::error::TrafficError;
 use signals::network_files::{GENERATED, NetworkFiles};
 use signals::program::SignalProgram;
 use signals::sim::SimError;
+use signals::sim::copies::copy;
+use signals::sim::intake::Intake;
 
 /// Name of the file with the programs.
 const PROGRAMS: &str = "states.add.xml";
 
 /// Name of the file with the vehicles, of a generated network.
 const VEHICLES: &str = "vehicles.rou.xml";
+
+/// Name of the folder with copies of a scenario's files.
+const COPIES: &str = "scenario";
 
 /// Name of the configuration.
 pub const CONFIGURATION: &str = "episode.sumocfg";
@@ -42,11 +49,12 @@ pub struct Episode<'a> {
 }
 
 impl Episode<'_> {
-    /// Returns names and texts of the files that show it, for a folder that exists.
+    /// Returns names and texts of the files that show it, for a folder that exists. Copies of the scenario's files are
+    /// written into it, where they are needed.
     ///
     /// # Errors
     ///
-    /// A file of the scenario that cannot be read.
+    /// A file of the scenario that cannot be read, a copy that cannot be written.
     pub fn files(&self, folder: &Path) -> Result<Vec<(&'static str, String)>, TrafficError> {
         let Self { identity, point, networks, method, seed, programs } = *self;
         let comment = vec![
@@ -57,21 +65,33 @@ impl Episode<'_> {
             GENERATED => NetworkFiles::new(networks, &point.point, point.sha256.clone()).sumocfg,
             environment => environment.into(),
         };
+        let way = way_to(&own, folder)?;
+        let wrong = |reason| SimError::Config { path: own.clone(), reason };
         let mut written = Vec::new();
-        let mut replaced = Vec::new();
+        let mut replaced = set_by_run(identity, point, seed)?;
         if point.environment == GENERATED {
             let demand = planned_demand(point, networks)?;
             written.push((VEHICLES, demand.routes(seed).1));
-            replaced.push(("route-files", VEHICLES.to_owned()));
+            replaced.push(("route-files".to_owned(), VEHICLES.to_owned()));
         } else {
-            let given = given(point)?;
-            for (name, value) in [
-                ("begin", given.begin_s),
-                ("end", given.end_s),
-                ("step-length", given.step_length_s),
-            ] {
-                replaced.extend(value.map(|value| (name, value.to_string())));
+            let copies = folder.join(COPIES);
+            remove_earlier(&copies)?;
+            let intake = Intake::read(&own, &given(point)?)?;
+            let lists = copy(&intake.config, &intake.sources, &copies, false)?;
+            if !lists.is_empty() && folder.display().to_string().contains(',') {
+                let reason = "SUMO reads a comma in the name of a folder as two files; give --out without one";
+                return Err(wrong(reason.to_owned()).into());
             }
+            let beside = own.parent().unwrap_or(Path::new(""));
+            let seen = |file: &str| {
+                let file = Path::new(file);
+                let copied = file.strip_prefix(folder).map(Path::to_path_buf);
+                let found = copied.or_else(|_| file.strip_prefix(beside).map(|f| way.join(f)));
+                found.unwrap_or_else(|_| file.to_path_buf()).display().to_string()
+            };
+            replaced.extend(lists.into_iter().map(|(option, files)| {
+                (option, files.split(',').map(seen).collect::<Vec<_>>().join(","))
+            }));
         }
         let program = additional(method, programs, false, &comment);
         let has_programs = program.is_some();
@@ -79,14 +99,11 @@ impl Episode<'_> {
         let text = files::read_text(&own, limits::NETWORK)?;
         let show = Show {
             text: &text,
-            way: &way_to(&own, folder)?,
+            way: &way,
             additional: has_programs.then_some(PROGRAMS),
             replaced: &replaced,
-            seed,
-            time_to_teleport_s: time_to_teleport_s(identity),
             comment: &comment,
         };
-        let wrong = |reason| SimError::Config { path: own.clone(), reason };
         let text = configuration(&show).map_err(wrong)?;
         written.push((CONFIGURATION, text));
         Ok(written)

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::config::{Show, configuration, time_to_teleport_s, way_to};
+use super::config::{Show, configuration, set_by_run, way_to};
 use super::program_xml::additional;
 use super::table;
 use super::task_plan::TaskPlan;
@@ -13,7 +13,12 @@ use basics::hash::sha256;
 use evaluation::analysis::Analysis;
 use evaluation::report::{csv, format};
 use evaluation::store::manifest::PointRow;
+use signals::control::program as own_program;
+use signals::environment::given;
 use signals::network_files::{GENERATED, NetworkFiles, file_name};
+use signals::program::{ProgramKind, SignalProgram};
+use signals::sim::intake::Intake;
+use signals::sim::sumocfg::SumoConfig;
 
 /// The method whose plans are tuned.
 const TUNED: &str = "fixed-time";
@@ -68,9 +73,10 @@ pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, FileError>
     shown.plans.iter().for_each(|plan| of_points[plan.point].push(plan));
     for (point, own) in of_points.into_iter().enumerate() {
         let best = best_replicates(seen, &own);
+        let begin_s = begin_s(data, &data.points[point].row, &plans);
         for plan in own {
             let is_shown = best.iter().any(|s| std::ptr::eq(*s, plan));
-            let file = if is_shown { program_file(seen, plan) } else { None };
+            let file = if is_shown { program_file(seen, plan, begin_s) } else { None };
             if let Some((name, text)) = &file {
                 make(&plans)?;
                 write_atomically(&plans.join(name), text.as_bytes())?;
@@ -109,11 +115,21 @@ fn best_replicates<'a>(seen: Seen<'_>, own: &[&'a TaskPlan]) -> Vec<&'a TaskPlan
 }
 
 /// Returns name and text of a plan's file for SUMO; `None` where there is nothing to load.
-fn program_file(seen: Seen<'_>, plan: &TaskPlan) -> Option<(String, String)> {
+///
+/// SUMO enters an actuated program that it loads where a fixed cycle would be at the begin, and a run enters it in its
+/// first phase. An offset of the begin makes the two the same.
+fn program_file(seen: Seen<'_>, plan: &TaskPlan, begin_s: f64) -> Option<(String, String)> {
     let identity = &seen.data.manifest.identity;
     let (point, method) = (&identity.points[plan.point], identity.methods[plan.method].as_str());
     let own = point.environment == GENERATED && method == TUNED;
-    let text = additional(method, plan.programs(), own, &comment(seen, plan))?;
+    let of_plan = |program: &SignalProgram| match program.kind {
+        ProgramKind::Actuated if !program.own => {
+            SignalProgram { offset_s: begin_s, ..program.clone() }
+        }
+        _ => program.clone(),
+    };
+    let programs: Vec<SignalProgram> = plan.programs().iter().map(of_plan).collect();
+    let text = additional(method, &programs, own, &comment(seen, plan))?;
     let name = match method {
         TUNED => format!("{}.add.xml", point.point),
         other => format!("{}.{other}.add.xml", point.point),
@@ -155,6 +171,17 @@ fn show(
             return Ok(());
         }
     };
+    let method = &identity.methods[plan.method];
+    if *method != own_program::METHOD.name && has_day_plan(point, &own) {
+        written.missing.get_or_insert_with(|| {
+            format!(
+                "{}: its signals change their programs by the clock (<WAUT>), and would leave those of {method}; \
+                 `tsc-family events` writes an episode without that",
+                own.display()
+            )
+        });
+        return Ok(());
+    }
     make(plans)?;
     let path = plans.join(format!("{}.winner.sumocfg", point.point));
     let way = way_to(&own, plans)?;
@@ -167,25 +194,42 @@ fn show(
              then add the option route-files"
         ));
     }
-    let show = Show {
-        text: &text,
-        way: &way,
-        additional,
-        replaced: &[],
-        seed: seed.unwrap_or_default(),
-        time_to_teleport_s: time_to_teleport_s(identity),
-        comment: &comment,
-    };
-    match configuration(&show) {
+    let text = set_by_run(identity, point, seed.unwrap_or_default())
+        .map_err(|e| e.to_string())
+        .and_then(|replaced| {
+            let (way, replaced) = (&way, &replaced);
+            configuration(&Show { text: &text, way, additional, replaced, comment: &comment })
+                .map_err(|reason| format!("{}: {reason}", own.display()))
+        });
+    match text {
         Ok(text) => {
             write_atomically(&path, text.as_bytes())?;
             written.configurations += 1;
         }
         Err(reason) => {
-            written.missing.get_or_insert_with(|| format!("{}: {reason}", own.display()));
+            written.missing.get_or_insert(reason);
         }
     }
     Ok(())
+}
+
+/// Returns when the episodes of a point MDP begin, seconds; 0 where that is not to be had.
+fn begin_s(data: &Analysis, point: &PointRow, plans: &Path) -> f64 {
+    if point.environment == GENERATED {
+        return 0.0;
+    }
+    let own = || {
+        let (path, text) = own_configuration(data, point, plans).ok()?;
+        SumoConfig::parse(&text, &path).ok().map(|config| config.begin_s)
+    };
+    let given = given(point).ok().and_then(|given| given.begin_s);
+    given.or_else(own).unwrap_or_default()
+}
+
+/// Whether the programs of a scenario change by the clock.
+fn has_day_plan(point: &PointRow, own: &Path) -> bool {
+    let intake = || Intake::read(own, &given(point).ok()?).ok();
+    point.environment != GENERATED && intake().is_some_and(|i| i.sources.has_day_plan())
 }
 
 /// Returns the configuration of a point MDP's own scenario and its text: from where the run found it,
@@ -212,15 +256,19 @@ fn own_configuration(
     let folders = || std::iter::once(Path::new("")).chain(above.ancestors());
     let found = (configs.iter())
         .find_map(|config| folders().map(|f| f.join(config)).find(|path| path.is_file()));
-    let config =
-        found.ok_or_else(|| format!("{} is not here", configs[configs.len() - 1].display()))?;
+    let config = found.ok_or_else(|| {
+        format!(
+            "{} is not here; report from the folder that the run was started in, with its networks",
+            configs[configs.len() - 1].display()
+        )
+    })?;
     let network = config.with_extension("net.xml");
     for file in [&config, &network] {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         if let Some(planned) = point.sha256.get(&*name) {
             let bytes = files::read(file, limits::NETWORK).map_err(|e| e.to_string())?;
             if sha256(&bytes) != *planned {
-                return Err(format!("{} was altered since the run", file.display()));
+                return Err(format!("{} was altered since the run; restore it", file.display()));
             }
         }
     }

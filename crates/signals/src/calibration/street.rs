@@ -220,7 +220,7 @@ impl Street {
         let args = args.into_iter().flat_map(|(name, value)| [name.to_owned(), value]).collect();
         let (config, tripinfo) = (self.folder.join("n.sumocfg"), self.folder.join("tripinfo.xml"));
         sim.start(&StartOptions { config, args, trace_m: 0.0, tripinfo })?;
-        sim.install(0, &Program { id: NAME.to_owned(), kind: ProgramKind::Static, phases })?;
+        sim.install(0, &Program::new(NAME, ProgramKind::Static, phases))?;
         sim.step(end_s as u32)?;
         sim.close()?;
         let path = self.folder.join("loops.xml");

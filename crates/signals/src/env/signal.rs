@@ -44,7 +44,7 @@ impl DecisionProgram {
         };
         let changes =
             greens.iter().map(|from| greens.iter().map(|to| change(from, to)).collect()).collect();
-        let program = Program { id: INSTALLED.into(), kind: ProgramKind::Static, phases };
+        let program = Program::new(INSTALLED, ProgramKind::Static, phases);
         Self { program, changes }
     }
 
@@ -71,7 +71,7 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
         let least_s = timing.least_greens_s(&states);
         cycle(&states.iter().zip(least_s).map(green).collect::<Vec<_>>(), timing)
     };
-    let make = |kind, phases| Some(Program { id: INSTALLED.into(), kind, phases });
+    let make = |kind, phases| Some(Program::new(INSTALLED, kind, phases));
     Ok(match drive {
         Drive::OwnProgram
         | Drive::Decisions
@@ -116,7 +116,7 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
 
 /// Returns a program of phases of fixed durations.
 pub fn fixed(phases: Vec<ProgramPhase>) -> Program {
-    Program { id: INSTALLED.into(), kind: ProgramKind::Static, phases }
+    Program::new(INSTALLED, ProgramKind::Static, phases)
 }
 
 /// Returns the phase that a fixed cycle is in at a time, and how long it still lasts, seconds, as

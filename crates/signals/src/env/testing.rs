@@ -26,7 +26,7 @@ pub(crate) fn crossing(lanes: &[(&str, f64, &str)], greens: &[&str]) -> Scene {
         ..Lane::default()
     };
     let phases = greens.iter().map(|g| ProgramPhase::fixed(*g, 30.0)).collect();
-    let program = Program { id: "0".into(), kind: ProgramKind::Static, phases };
+    let program = Program::new("0", ProgramKind::Static, phases);
     Scene {
         lanes: lanes.iter().map(lane).collect(),
         signals: vec![SignalInfo {
@@ -88,7 +88,7 @@ pub(crate) fn env_of(
         signals: vec![SignalInfo {
             id: "c".into(),
             links: vec![link(0), link(1)],
-            programs: vec![Program { id: "0".into(), kind: ProgramKind::Static, phases }],
+            programs: vec![Program::new("0", ProgramKind::Static, phases)],
             active_program: "0".into(),
             meets: Vec::new(),
         }],

@@ -3,8 +3,9 @@
 //! - **Which signal.** The `id` is the intersection, as tables of existing plans call it. [`SIGNAL`], as files for generated
 //!   networks have it, is the one intersection of a scenario that has no other.
 //! - **Which link.** A state has a letter per link of the generated network, see [`link_order`](crate::network::lanes::link_order).
-//! - **What is taken**: static and actuated programs, one per signal, as phases of one ring ([`ran`](super::ran)). Programs
-//!   that jump (`next`), switch by the clock (`WAUT`) or go dark are refused.
+//! - **What is taken**: static and actuated programs, one per signal, as phases of one ring ([`ran`](super::ran)). Of the
+//!   parameters `max-gap` is read, the others are told. Programs that jump (`next`), switch by the clock (`WAUT`) or go dark
+//!   are refused.
 //!
 //! [`SIGNAL`]: crate::network::plain::SIGNAL
 
@@ -21,6 +22,9 @@ use evaluation::family::error::FamilyError;
 /// Letters of a state that a plan can have: green, yielding, yellow, red, red and yellow, stop and turn.
 const LETTERS: &str = "GgyYrus";
 
+/// Parameter of actuated programs: the gap between vehicles that ends a green, seconds.
+const MAX_GAP: &str = "max-gap";
+
 /// A program of a signal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedProgram {
@@ -28,6 +32,8 @@ pub struct NamedProgram {
     pub line: u64,
     /// The program; its signal is the intersection.
     pub program: SignalProgram,
+    /// Names of its parameters that are not read.
+    pub unread: Vec<String>,
 }
 
 /// Reads the programs of an additional file.
@@ -38,6 +44,7 @@ pub struct NamedProgram {
 pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
     let mut reader = Reader::from_str(text);
     let mut programs: Vec<NamedProgram> = Vec::new();
+    let mut within = false;
     loop {
         let before = reader.buffer_position() as usize;
         let line = |position: usize| {
@@ -51,6 +58,10 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
         let event = reader.read_event().map_err(|e| wrong(format!("not well-formed XML: {e}")))?;
         let tag = match &event {
             Event::Eof => break,
+            Event::End(tag) => {
+                within = within && !matches!(tag.name().as_ref(), "tlLogic");
+                continue;
+            }
             Event::Start(tag) | Event::Empty(tag) => tag,
             _ => continue,
         };
@@ -78,6 +89,12 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
                     )));
                 }
                 programs.push(NamedProgram { line, ..program });
+                within = matches!(event, Event::Start(_));
+            }
+            "param" if within => {
+                if let Some(program) = programs.last_mut() {
+                    parameter(tag, program).map_err(wrong)?;
+                }
             }
             "phase" => {
                 let Some(program) = programs.last_mut() else {
@@ -132,7 +149,21 @@ fn logic(tag: &BytesStart<'_>) -> Result<NamedProgram, String> {
     };
     let offset_s = number(tag, "offset")?.unwrap_or_default();
     let program = SignalProgram { offset_s, ..SignalProgram::new(signal, kind, Vec::new()) };
-    Ok(NamedProgram { line: 0, program })
+    Ok(NamedProgram { line: 0, program, unread: Vec::new() })
+}
+
+/// Reads a parameter of a program.
+fn parameter(tag: &BytesStart<'_>, named: &mut NamedProgram) -> Result<(), String> {
+    let key = attribute(tag, "key")?.unwrap_or_default();
+    let NamedProgram { program, unread, .. } = named;
+    if key == MAX_GAP && program.kind == ProgramKind::Actuated {
+        let gap_s = number(tag, "value");
+        program.max_gap_s =
+            gap_s.map_err(|e| format!("signal {}, {MAX_GAP}: {e}", program.signal))?;
+    } else {
+        unread.push(key);
+    }
+    Ok(())
 }
 
 /// Returns a phase of a program.
@@ -177,13 +208,20 @@ mod tests {
     #[test]
     fn programs_are_read_with_their_lines() {
         let text = "<additional>\n  <tlLogic id='7' type='actuated' programID='a' offset='12'>\n    \
+                    <param key='max-gap' value='2.5'/><param key='jam-threshold' value='30'/>\
                     <phase duration='20' minDur='5' maxDur='40' state='Gr'/><phase duration='4' state='yr'/>\n  </tlLogic>\n\
+                    <vType id='v'><param key='other' value='1'/></vType>\
                     <tlLogic id='8' programID='0'><phase duration='9' state='G'/></tlLogic></additional>";
         let plans = read(text, "a.xml").unwrap();
         let [a, b] = &plans.programs[..] else { panic!("{plans:?}") };
         assert_eq!((a.line, a.program.offset_s, a.program.kind), (2, 12.0, ProgramKind::Actuated));
         assert_eq!((a.program.phases[0].duration_s, a.program.phases[0].max_s), (5.0, Some(40.0)));
+        assert_eq!(
+            (a.program.max_gap_s, &a.unread[..]),
+            (Some(2.5), &["jam-threshold".to_owned()][..])
+        );
         assert_eq!((b.line, b.program.signal.as_str()), (5, "8"));
+        assert_eq!((b.program.max_gap_s, &b.unread[..]), (None, &[][..]));
     }
 
     #[test]
@@ -195,6 +233,12 @@ mod tests {
             (refused("<tlLogic/>"), "line 2: a tlLogic without an id"),
             (refused("<tlLogic id='7' type='NEMA'/>"), "signal 7 has a program of type \"NEMA\""),
             (refused("<tlLogic id='7' offset='x'/>"), "offset = \"x\": expected a number"),
+            (
+                refused(
+                    "<tlLogic id='7' type='actuated'><param key='max-gap' value='x'/></tlLogic>",
+                ),
+                "signal 7, max-gap: value = \"x\": expected a number of seconds",
+            ),
             (refused("<tlLogic id='7'/>"), "line 2: signal 7 has no phases"),
             (
                 refused("<tlLogic id='7'/>\n<tlLogic id='7'/>"),

@@ -1,7 +1,7 @@
 //! Plans from what signals ran: dual rings as they are, and programs as phases of ring 1, one after the other.
 //!
-//! A stage is a green with the change after it. A movement of several stages has several phases. SUMO's `actuated` has
-//! passage times of 3 s, its own.
+//! A stage is a green with the change after it. A movement of several stages has several phases. The passage time of SUMO's
+//! `actuated` is the program's `max-gap`, else SUMO's default of 3 s.
 
 use std::collections::BTreeMap;
 
@@ -120,7 +120,7 @@ pub fn of_program(
                 yielding,
                 min_green_s: green.green_s,
                 max_green_s: green.max_s.unwrap_or(green.green_s),
-                passage_s: if is_fixed { 0.0 } else { SUMO_GAP_S },
+                passage_s: if is_fixed { 0.0 } else { program.max_gap_s.unwrap_or(SUMO_GAP_S) },
                 yellow_s: green.yellow_s,
                 all_red_s: green.all_red_s,
                 walk_s: green.walk_s,
@@ -141,10 +141,11 @@ pub fn of_program(
 /// the last.
 pub fn greens(program: &SignalProgram, with_changes: bool) -> Vec<Green> {
     let phases = &program.phases;
+    let is_actuated = program.kind == ProgramKind::Actuated;
     let green = |p: &ProgramPhase| Green {
         state: p.state.clone(),
-        green_s: p.duration_s,
-        max_s: p.max_s.filter(|_| program.kind == ProgramKind::Actuated),
+        green_s: p.min_s.filter(|_| is_actuated).unwrap_or(p.duration_s),
+        max_s: p.max_s.filter(|_| is_actuated),
         yellow_s: 0.0,
         all_red_s: 0.0,
         walk_s: p.walk_s.zip(p.clearance_s).and_then(|(walk, clear)| people(walk, clear)),
@@ -250,6 +251,25 @@ mod tests {
         assert_eq!(told, [(1, text("NBT"), text("NBL"), 25.0), (2, text("NBL"), text(""), 13.0)]);
         assert_eq!((plan.cycle_s, plan.check()), (Some(38.0), Ok(vec![])));
         assert_eq!([0, 1].map(|p: usize| plan.phases[p].walk_s), [Some([7.0, 12.0]), None]);
+    }
+
+    #[test]
+    fn an_actuated_program_has_its_shortest_and_longest_green_and_its_gap() {
+        let mut program = program(&[("Gr", 28.0), ("yr", 3.0), ("rG", 20.0), ("ry", 3.0)]);
+        program.kind = ProgramKind::Actuated;
+        (program.phases[0].min_s, program.phases[0].max_s) = (Some(5.0), Some(40.0));
+        let names = BTreeMap::from([(0, "NBT".to_owned()), (1, "EBT".to_owned())]);
+        let told = |program: &SignalProgram| {
+            let plan = of_program(program, &names).unwrap();
+            let of = |p: &PlanPhase| [p.min_green_s, p.max_green_s, p.passage_s];
+            plan.phases.iter().map(of).collect::<Vec<_>>()
+        };
+        assert_eq!(told(&program), [[5.0, 40.0, 3.0], [20.0, 20.0, 3.0]]);
+        program.max_gap_s = Some(2.5);
+        assert_eq!(told(&program), [[5.0, 40.0, 2.5], [20.0, 20.0, 2.5]]);
+        // A fixed cycle lasts its durations, whatever bounds stand beside them.
+        program.kind = ProgramKind::Static;
+        assert_eq!(told(&program), [[28.0, 28.0, 0.0], [20.0, 20.0, 0.0]]);
     }
 
     #[test]

@@ -183,6 +183,26 @@ mod tests {
     }
 
     #[test]
+    fn a_daily_count_gives_the_design_hour_of_each_direction_whatever_the_lanes() {
+        // The example of docs/own-city.md: AADT 20,000, K = 0.09, D = 0.55, north- and eastbound in the peak.
+        let settings = FamilySettings {
+            hourly_share: 0.09,
+            directional_split: 0.55,
+            peak_heading_deg: 45.0,
+            ..FamilySettings::default()
+        };
+        let inflow = |bearing_deg, lanes: (u32, u32), aadt| {
+            let arm = Approach { bearing_deg, ..arm(lanes.0, lanes.1, aadt) };
+            inflow_vph(&arm, &settings).round()
+        };
+        let south = inflow(180.0, (3, 2), 20_000.0 / 6.0);
+        let north = inflow(0.0, (2, 3), 20_000.0 / 4.0);
+        // A one-way street of 8,000.
+        let east = inflow(90.0, (2, 0), 8000.0 / 2.0);
+        assert_eq!([south, north, east], [990.0, 810.0, 720.0]);
+    }
+
+    #[test]
     fn inflow_is_capped_per_lane() {
         assert_eq!(inflow_vph(&arm(2, 0, 200_403.0), &FamilySettings::default()), 1800.0);
     }

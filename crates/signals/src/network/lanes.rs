@@ -97,8 +97,9 @@ pub fn layout(spec: &IntersectionSpec) -> Result<LaneLayout, NetworkError> {
     Ok(LaneLayout { movements, connections, exit_lanes, left_only_lanes })
 }
 
-/// Returns per connection of a layout the link that netconvert gives it: by arm, clockwise from north (in left-hand traffic,
-/// where the drawing is mirrored, from south), then by lane and by exit from the right.
+/// Returns per connection of a layout the link that netconvert gives it: by arm, clockwise from north, then by lane and by
+/// exit from the right. In left-hand traffic, whose mirror image the layout is, arms count clockwise from south in it: on the
+/// ground anticlockwise from south (south, east, north, west), then from the left.
 ///
 /// Source: seen in SUMO 1.15 at all 282 intersections of Salt Lake City, in right-hand and in left-hand traffic.
 pub fn link_order(spec: &IntersectionSpec, layout: &LaneLayout) -> Vec<usize> {

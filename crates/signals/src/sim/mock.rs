@@ -161,7 +161,7 @@ impl Sim for MockSim {
 
     fn show(&mut self, signal: usize, state: &str) -> Result<(), SimError> {
         let phases = vec![ProgramPhase::fixed(state, f64::INFINITY)];
-        self.install(signal, &Program { id: "shown".into(), kind: ProgramKind::Static, phases })
+        self.install(signal, &Program::new("shown", ProgramKind::Static, phases))
     }
 
     fn set_phases(&mut self, phases: &[Option<u32>]) -> Result<(), SimError> {

@@ -134,9 +134,16 @@ pub struct Program {
     pub kind: ProgramKind,
     /// The phases, in the order in which SUMO runs them.
     pub phases: Vec<ProgramPhase>,
+    /// Gap between vehicles that ends a green of an actuated program, seconds; absent where it is SUMO's default.
+    pub max_gap_s: Option<f64>,
 }
 
 impl Program {
+    /// Returns a program with SUMO's default gap.
+    pub fn new(id: impl Into<String>, kind: ProgramKind, phases: Vec<ProgramPhase>) -> Self {
+        Self { id: id.into(), kind, phases, max_gap_s: None }
+    }
+
     /// Returns state and duration in seconds of every phase that it comes to.
     pub fn phases(&self) -> Vec<(&str, f64)> {
         let reached = self.phases.iter().filter(|phase| phase.is_reached);

@@ -223,7 +223,7 @@ impl SumoConfig {
 /// # Errors
 ///
 /// What is wrong with one.
-pub fn file_names(value: &str) -> Result<Vec<String>, String> {
+fn file_names(value: &str) -> Result<Vec<String>, String> {
     let names = value.split(',').map(str::trim).filter(|name| !name.is_empty());
     names.map(decoded).collect()
 }
@@ -246,7 +246,7 @@ fn decoded(name: &str) -> Result<String, String> {
 /// # Errors
 ///
 /// What is wrong with the text.
-pub fn options(text: &str) -> Result<Vec<(String, String)>, String> {
+fn options(text: &str) -> Result<Vec<(String, String)>, String> {
     let mut options = Vec::new();
     let (mut option, mut between) = (String::new(), String::new());
     let mut reader = Reader::from_str(text);

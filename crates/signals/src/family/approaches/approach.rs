@@ -36,9 +36,8 @@ pub struct Approach {
     pub speed_mph: f64,
     /// Length of the approach, metres.
     pub length_m: f64,
-    /// Annual average daily traffic, vehicles per day and lane: times `lanes_in` it is the flow
-    /// towards the signal. Where counts are of both directions, as those of Salt Lake City are, it is
-    /// the count divided by the lanes of both directions. Not a number as long as it is missing.
+    /// Mean daily traffic of one direction, vehicles per day and lane towards the signal: AADT of both directions divided
+    /// by `2 * lanes_in`, of a one-way street by `lanes_in`. Not a number as long as it is missing.
     pub aadt_veh_per_day_per_lane: f64,
     /// Turns that exist: `l` left, `s` straight, `r` right, `u` and `t` U-turn; empty when unknown.
     pub movements: String,

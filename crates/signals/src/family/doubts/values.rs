@@ -207,7 +207,7 @@ fn counts(approaches: &[&Approach], rows: &dyn Fn(Said<'_>) -> Vec<String>) -> V
     if let Some(middle) = all.filter(|middle| *middle > MEDIAN_BUSY) {
         return vec![Doubt::whole(format!(
             "{column}: half of the approaches have {middle} vehicles a day and lane or more; if these are counts of \
-             all lanes, divide each by the lanes of both directions"
+             all lanes, divide each by twice its lanes_in, on a one-way street by lanes_in"
         ))];
     }
     let busy = rows(&|a| {
@@ -215,15 +215,16 @@ fn counts(approaches: &[&Approach], rows: &dyn Fn(Said<'_>) -> Vec<String>) -> V
         (per_lane > BUSY_PER_LANE).then(|| format!("{per_lane} veh/day per lane"))
     });
     let quiet = rows(&|a| {
-        let street = a.aadt_veh_per_day_per_lane * f64::from(lanes(a));
+        let directions = if a.lanes_out > 0 { 2.0 } else { 1.0 };
+        let street = a.aadt_veh_per_day_per_lane * f64::from(a.lanes_in) * directions;
         let quiet = !a.imputed && a.counted.is_none() && lanes(a) >= WIDE && street < QUIET_STREET;
         quiet.then(|| format!("{street} veh/day on {} lanes", lanes(a)))
     });
     let doubts = [
         Doubt::of(
             format!(
-                "{column} above {BUSY_PER_LANE}, which no lane carries; a count of all lanes has to be divided by the \
-                 lanes of both directions"
+                "{column} above {BUSY_PER_LANE}, which no lane carries; a count of all lanes has to be divided by \
+                 twice its lanes_in, on a one-way street by lanes_in"
             ),
             busy,
         ),

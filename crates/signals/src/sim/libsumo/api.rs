@@ -375,6 +375,8 @@ unsafe fn owned_program(program: &SumoProgram) -> Program {
         kind,
         // SAFETY: each element is part of a program of the shim.
         phases: phases.iter().map(|phase| unsafe { owned_phase(phase, kind) }).collect(),
+        max_gap_s: Some(program.max_gap_s)
+            .filter(|gap_s| kind == ProgramKind::Actuated && gap_s.is_finite() && *gap_s >= 0.0),
     }
 }
 
