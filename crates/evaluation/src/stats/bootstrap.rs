@@ -40,8 +40,8 @@ use super::resamples::resample;
 use super::summary::{MeanOfScores, Statistics};
 use super::{PointMeans, PointObjectives, Resampling, StatsError};
 
-/// Resamples of an interval; 2000 leave the ends of a 95% interval accurate to about 1% of its
-/// width (Efron and Tibshirani advise at least 1000).
+/// Resamples of an interval; 2000 leave the ends of a 95% interval accurate to a few per cent of its
+/// width (Efron and Tibshirani advise at least 1000), and to less where one seed makes most of the variance.
 pub const RESAMPLES: usize = 2000;
 
 /// An estimate and what it could have been.

@@ -1,7 +1,7 @@
 //! From approaches to six features per intersection, and from intersections to point MDPs.
 //!
-//! The paper says neither how its 345 intersections became 164 distinct ones nor how a feature
-//! of an intersection follows from its approaches. The rule here is this project's: each feature
+//! Deviation: the paper says neither how its 345 intersections became 164 distinct ones nor how a feature
+//! of an intersection follows from its approaches. The rule here, for 282 intersections, is this project's: each feature
 //! is the mean over the arms that lead to the signal, rounded **half to even** to a multiple of
 //! its bin. Rounding half up would give another family (186 instead of 164 point MDPs), because
 //! many values are exact ties.
