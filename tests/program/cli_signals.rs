@@ -104,7 +104,8 @@ fn street(scenario: &Scenario, routes: &str) -> PathBuf {
 
 fn crossing(scenario: &Scenario) -> PathBuf {
     let network = [CROSSING_NODES, CROSSING_EDGES, CROSSING_CONNECTIONS];
-    let config = build(scenario, "crossing", network, "");
+    let config =
+        build(scenario, "crossing", network, r#"<trip id="t" depart="0" from="nc" to="cs"/>"#);
     fs::write(config.with_file_name("crossing.add.xml"), CROSSING_PROGRAM).unwrap();
     change(&config, "</input>", "<additional-files value=\"crossing.add.xml\"/></input>");
     config

@@ -39,7 +39,7 @@ fn folder(config: &Path) -> &Path {
 fn a_level_crossing_is_no_signal_to_control() {
     let files = Scenario::new();
     files.build("gate", NODES, EDGES, None);
-    let config = scenario(&files, "gate", "");
+    let config = scenario(&files, "gate", r#"<trip id="t" depart="0" from="wx" to="ce"/>"#);
     let text = succeed(folder(&config), "signals gate.sumocfg");
     let heads: Vec<&str> = text.lines().filter(|l| l.starts_with("signal ")).collect();
     assert_eq!(heads, ["signal C"]);
@@ -57,7 +57,7 @@ fn a_level_crossing_is_no_signal_to_control() {
 #[test]
 fn the_forecast_counts_the_simulations_of_all_signals() {
     let files = Scenario::new();
-    let config = scenario(&files, "net", "");
+    let config = scenario(&files, "net", r#"<trip id="t" depart="0" from="WA" to="BE"/>"#);
     let methods = "--methods fixed-time,max-pressure --eval-seeds 1 --dry-run";
     let output = run(folder(&config), &format!("run --sumocfg net.sumocfg {methods}"));
     let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
@@ -257,7 +257,7 @@ fn quiet_prints_how_many_tasks_failed_and_the_first_reason_in_one_line() {
 #[test]
 fn dead_phases_of_a_program_change_no_choice_and_are_told() {
     let files = Scenario::new();
-    let config = scenario(&files, "net", "");
+    let config = scenario(&files, "net", r#"<trip id="t" depart="0" from="WA" to="BE"/>"#);
     let folder = folder(&config);
     let before = succeed(folder, "signals net.sumocfg");
     let path = folder.join("net.net.xml");
