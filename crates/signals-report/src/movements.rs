@@ -212,7 +212,9 @@ fn ratio_text(ratio: f64) -> String {
     if ratio.is_finite() { format!("{ratio:.2}") } else { "no green".to_owned() }
 }
 
-/// Returns the 95% queue as a share of the storage length; `None` without one.
+/// Returns the queue that is not exceeded for 95% of the time as a share of the storage length; `None` without one.
+///
+/// Deviation: the manual has the 95% back of queue per cycle, which is longer. It is not recorded.
 fn queue_ratio(movement: &MovementResult) -> Option<f64> {
     Some(movement.queue_95_veh * VEHICLE_M / movement.storage_m?)
 }
