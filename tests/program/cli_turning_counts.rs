@@ -229,6 +229,10 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
     }
     let page = fs::read_to_string(folder.path().join("r/report/index.html")).unwrap();
     assert!(page.contains("id=\"movements\"") && page.contains("id=\"cabinet\""));
+    let page = fs::read_to_string(folder.path().join("r/report/intersections/i0001.html")).unwrap();
+    assert!(
+        page.contains("existing plan is coordinated, and this intersection was simulated alone")
+    );
     plans_go_back(folder.path());
     plans_are_given_back(folder.path());
     fs::write(folder.path().join("c.csv"), "INTID,NBL,NBR,EBT,EBR,WBL,WBT\n2,5,6,7,8,9,10\n")

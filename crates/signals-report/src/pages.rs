@@ -10,7 +10,7 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
-use super::answers::today;
+use super::answers::{is_coordinated, today};
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
 use super::movements;
@@ -378,6 +378,8 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
         let best = c.best.filter(|best| *best != c.reference);
         best.is_some_and(|best| change(data, c, best).is_none_or(may_be_chance))
     };
+    let today_is_coordinated =
+        |c: &Compared| is_coordinated(&identity.points[c.point], &identity.methods[c.reference]);
     let open = all.iter().map(|(c, _)| c).filter(|c| is_open(c));
     let open: Vec<&str> = open.map(|c| c.period.as_str()).collect();
     let point = data.points[first].row.point.as_str();
@@ -391,6 +393,7 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
         periods,
         is_today => today(data).is_some(),
         unchanged => all.iter().all(|(c, _)| c.best == Some(c.reference)),
+        is_coordinated => all.iter().any(|(c, _)| today_is_coordinated(c)),
         may_be_chance => !open.is_empty(),
         open => open.join(", "),
         saved => saved.filter(|_| is_whole).map(|saved| context! {
