@@ -84,6 +84,7 @@ fn counted_turns_are_what_is_simulated_in_every_period() {
     }
     // A queue beside a storage length says which one it is.
     assert!(page.contains("not longer for 95% of the time") && !page.contains("95% queue"));
+    assert!(page.contains("simulated drivers used about 30% less"));
     let table = fs::read_to_string(folder.path().join("r/report/periods.csv")).unwrap();
     let mut rows = table.lines().skip(1).map(|row| row.split(',').collect::<Vec<_>>());
     for (period, hours) in [("am", 500.0), ("pm", 250.0)] {
