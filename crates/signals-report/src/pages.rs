@@ -14,7 +14,7 @@ use super::answers::{is_coordinated, today};
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
 use super::movements;
-use super::plans::cabinet::{of_plan, phases, seconds};
+use super::plans::cabinet::{hides_walk, of_plan, phases, seconds};
 use super::plans::left_turns::unprotected;
 use super::plans::remove_earlier;
 use super::plans::sheets::rings;
@@ -270,6 +270,7 @@ fn plan(seen: Seen<'_>, told: &Told) -> Value {
         rings => rings(&told.plan),
         is_stages => told.is_stages,
         unprotected => unprotected(seen, told.point, &told.plan).join(", "),
+        hides_walk => hides_walk(&told.plan),
         schedule => schedule(&told.plan),
     }
 }

@@ -21,6 +21,9 @@ pub(crate) const TABLE: &str = "cabinet.csv";
 /// Most intersections whose phases the page shows.
 const FEW: usize = 12;
 
+/// By how much adding tenths of seconds may miss a sum, seconds.
+const ROUNDING_S: f64 = 0.01;
+
 /// Columns before those of a plan; the point MDP is called as `--existing` calls it.
 const WHOSE: [&str; 5] = ["intersection", "method", "replicate", "signal", "kind"];
 
@@ -114,6 +117,17 @@ pub(crate) fn of_plan(plan: &ExistingPlan) -> String {
     text
 }
 
+/// Whether a phase's shortest green contains walk and clearance although its recall is not that of pedestrians: keyed so, it
+/// shows WALK only after a push of the button.
+pub(crate) fn hides_walk(plan: &ExistingPlan) -> bool {
+    plan.phases.iter().any(|phase| {
+        let is_within = |[walk_s, clearance_s]: [f64; 2]| {
+            walk_s > 0.0 && phase.min_green_s >= walk_s + clearance_s - ROUNDING_S
+        };
+        matches!(phase.recall, Recall::None | Recall::Min) && phase.walk_s.is_some_and(is_within)
+    })
+}
+
 /// Returns the phases of a plan for pages, by number.
 pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
     let mut phases: Vec<&PlanPhase> = plan.phases.iter().collect();
@@ -145,4 +159,39 @@ pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
         }
     };
     phases.into_iter().map(value).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use signals::existing::Control;
+
+    use super::*;
+
+    #[test]
+    fn a_shortest_green_with_walk_and_clearance_needs_the_recall_of_pedestrians() {
+        let hides = |min_green_s: f64, walk_s: Option<[f64; 2]>, recall: Recall| {
+            let phase = PlanPhase {
+                number: 2,
+                ring: 1,
+                barrier: 1,
+                position: 1,
+                movements: vec!["NBT".to_owned()],
+                yielding: Vec::new(),
+                min_green_s,
+                max_green_s: 60.0,
+                passage_s: 3.0,
+                yellow_s: 4.0,
+                all_red_s: 1.0,
+                walk_s,
+                recall,
+                dual_entry: true,
+                inhibit_max: false,
+            };
+            hides_walk(&ExistingPlan::new(Control::Actuated, vec![phase]))
+        };
+        let people = Some([7.0, 11.0]);
+        assert!(hides(18.0, people, Recall::None) && hides(18.0, people, Recall::Min));
+        assert!(!hides(18.0, people, Recall::Ped) && !hides(18.0, people, Recall::Max));
+        assert!(!hides(7.0, people, Recall::None) && !hides(18.0, None, Recall::None));
+    }
 }
