@@ -14,7 +14,7 @@ use super::answers::{is_coordinated, today};
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
 use super::movements;
-use super::plans::cabinet::{hides_walk, of_plan, phases, seconds};
+use super::plans::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow};
 use super::plans::left_turns::unprotected;
 use super::plans::remove_earlier;
 use super::plans::sheets::rings;
@@ -404,6 +404,7 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
             co2 => number(saved.co2_kg),
             usd => number(Some(saved.usd)),
         }),
+        yellow => unrounded_yellow(data, drawn),
         assumptions => shown.worth.values(),
         file => FILE,
         seeds => format::count(identity.evaluation_seeds.len(), "evaluation seed"),
