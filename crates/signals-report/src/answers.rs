@@ -89,7 +89,8 @@ pub(super) fn uncoordinated(data: &Analysis) -> Option<String> {
     let coordinated = points.iter().filter(|point| is_coordinated(point, name)).count();
     (coordinated > 0).then(|| {
         format!(
-            "On {coordinated} of {} {name} is a coordinated plan. Each intersection was simulated alone: such a plan              keeps its cycle but gets no progression, so what is gained over it may be too much.",
+            "On {coordinated} of {} {name} is a coordinated plan. Each intersection was simulated alone: such a plan \
+             keeps its cycle but gets no progression, so what is gained over it may be too much.",
             format::count(points.len(), "point MDP")
         )
     })
