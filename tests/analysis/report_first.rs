@@ -10,6 +10,7 @@ use tsc_family::sample::{Design, Input, Measure, Sampling};
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::Manifest;
 use tsc_family::store::record::TaskResult;
+use tsc_family::traffic::existing::{Control, ExistingPlan, PlanPhase, Recall};
 
 const METHODS: [&str; 3] = ["baseline", "max-pressure", "actuated"];
 
@@ -63,6 +64,53 @@ fn what_is_not_known_of_a_day_or_of_counts_is_left_out() {
     manifest.identity.points[1].instances = 7;
     let page = first_page(dir.path(), &manifest);
     assert!(!page.contains("vehicle-hours"), "{page}");
+}
+
+#[test]
+fn a_coordinated_plan_of_today_that_was_simulated_alone_is_named_beside_the_gain() {
+    let said = |control: Control| {
+        let dir = tempfile::tempdir().unwrap();
+        let mut manifest = manifest(&["baseline", "max-pressure", "existing"]);
+        let phase = PlanPhase {
+            number: 2,
+            ring: 1,
+            barrier: 1,
+            position: 1,
+            movements: vec!["NBT".to_owned()],
+            yielding: Vec::new(),
+            min_green_s: 5.0,
+            max_green_s: 55.0,
+            passage_s: 3.0,
+            yellow_s: 4.0,
+            all_red_s: 1.0,
+            walk_s: None,
+            recall: Recall::Max,
+            dual_entry: true,
+            inhibit_max: false,
+        };
+        let other =
+            PlanPhase { number: 4, barrier: 2, movements: vec!["EBT".to_owned()], ..phase.clone() };
+        let plan = ExistingPlan {
+            cycle_s: Some(120.0),
+            reference: vec![2],
+            ..ExistingPlan::new(control, vec![phase, other])
+        };
+        plan.check().unwrap();
+        let busy = &mut manifest.identity.points[1];
+        busy.environment = "network".to_owned();
+        busy.given.insert("existing".to_owned(), serde_json::to_value(plan).unwrap());
+        let layout = crate::made_up::write_results(dir.path(), &manifest, |task| {
+            let method = ["baseline", "max-pressure", "existing"];
+            let method = method.iter().position(|m| *m == task.method).unwrap();
+            let rows = evaluations(&DELAYS_S[method][usize::from(task.point == "busy")]);
+            Some(Ok(TaskResult { rows, ..TaskResult::default() }))
+        });
+        page_of(&layout)
+    };
+    let sentence = "On 1 of 2 point MDPs existing is a coordinated plan. Each intersection was simulated alone";
+    let page = said(Control::Coordinated);
+    assert!(page.contains(sentence), "{page}");
+    assert!(!said(Control::Pretimed).contains("is a coordinated plan"));
 }
 
 #[test]

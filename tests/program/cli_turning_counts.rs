@@ -82,6 +82,9 @@ fn counted_turns_are_what_is_simulated_in_every_period() {
     {
         assert!(page.contains(expected), "{expected}: {page}");
     }
+    // A queue beside a storage length says which one it is.
+    assert!(page.contains("not longer for 95% of the time") && !page.contains("95% queue"));
+    assert!(page.contains("simulated drivers used about 30% less"));
     let table = fs::read_to_string(folder.path().join("r/report/periods.csv")).unwrap();
     let mut rows = table.lines().skip(1).map(|row| row.split(',').collect::<Vec<_>>());
     for (period, hours) in [("am", 500.0), ("pm", 250.0)] {
@@ -227,6 +230,10 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
     }
     let page = fs::read_to_string(folder.path().join("r/report/index.html")).unwrap();
     assert!(page.contains("id=\"movements\"") && page.contains("id=\"cabinet\""));
+    let page = fs::read_to_string(folder.path().join("r/report/intersections/i0001.html")).unwrap();
+    assert!(
+        page.contains("existing plan is coordinated, and this intersection was simulated alone")
+    );
     plans_go_back(folder.path());
     plans_are_given_back(folder.path());
     fs::write(folder.path().join("c.csv"), "INTID,NBL,NBR,EBT,EBR,WBL,WBT\n2,5,6,7,8,9,10\n")

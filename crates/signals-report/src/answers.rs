@@ -7,7 +7,10 @@ use evaluation::analysis::{Analysis, PointSummary, Reference};
 use evaluation::report::format;
 use evaluation::sample::Measure;
 use evaluation::stats::score::weighted_mean;
+use evaluation::store::manifest::PointRow;
 use signals::control::{existing, program};
+use signals::environment::existing_plan;
+use signals::existing::Control;
 use signals::network_files::GENERATED;
 
 /// Returns the method that does what signals do today: the plans that were given, or the programs of SUMO scenarios of
@@ -70,6 +73,27 @@ pub(super) fn gain(data: &Analysis) -> Option<String> {
         });
     }
     Some(text + ".")
+}
+
+/// Whether a method runs a coordinated plan on a point MDP that is simulated without its street.
+pub(super) fn is_coordinated(point: &PointRow, method: &str) -> bool {
+    let plan = existing_plan(point, method).ok().flatten();
+    plan.is_some_and(|plan| plan.control == Control::Coordinated)
+}
+
+/// Says where what is done today is a coordinated plan, which loses its progression in a simulation of one intersection;
+/// `None` where it is none.
+pub(super) fn uncoordinated(data: &Analysis) -> Option<String> {
+    let points = &data.manifest.identity.points;
+    let name = today(data)?;
+    let coordinated = points.iter().filter(|point| is_coordinated(point, name)).count();
+    (coordinated > 0).then(|| {
+        format!(
+            "On {coordinated} of {} {name} is a coordinated plan. Each intersection was simulated alone: such a plan \
+             keeps its cycle but gets no progression, so what is gained over it may be too much.",
+            format::count(points.len(), "point MDP")
+        )
+    })
 }
 
 /// Says on how much of the family the best method leaves level of service F.

@@ -6,7 +6,8 @@
 //! - **Effective green** is the green that was shown: lost time at its beginning and use of yellow at its end are 2 s each and
 //!   cancel.
 //! - **A turn that yields** has the capacity of the manual's gap model (headways of 4.5 and 2.5 s) in what the opposing queue
-//!   leaves of its green, and two vehicles at the end of each green in which it yields.
+//!   leaves of its green, and two vehicles at the end of each green in which it yields. SUMO's drivers used about 30% less in
+//!   the one case that was measured.
 //! - **A lane group** is used to the sum, over its movements, of volume divided by the capacity that its lanes would have for
 //!   that movement alone. For a group of one movement that is volume divided by capacity.
 //! - **Control delay by formula** is the manual's uniform and incremental delay for random arrivals and fixed greens (k = 0.5,

@@ -12,7 +12,7 @@ use super::answers::today;
 use super::capacity::{Basis, Capacity};
 use super::level_of_service::letter;
 use super::shown::{Seen, finished};
-use basics::units::SECONDS_PER_HOUR;
+use basics::units::{FOOT_M, SECONDS_PER_HOUR};
 use evaluation::analysis::Analysis;
 use evaluation::report::csv::{self, number};
 use evaluation::report::figures::shown as named;
@@ -21,6 +21,7 @@ use evaluation::store::manifest::Task;
 use evaluation::store::record::Summary;
 use evaluation::store::results::Results;
 use signals::movement_results::MovementResult;
+use signals::places::DrawnIntersection;
 
 /// Name of the table in the report's folder.
 pub(crate) const TABLE: &str = "movements.csv";
@@ -30,6 +31,9 @@ const FEW: usize = 12;
 
 /// Street that a vehicle of a queue takes, metres (HCM: 25 ft).
 const VEHICLE_M: f64 = 7.6;
+
+/// Speed limits in miles per hour are multiples of this.
+const ROUND_MPH: f64 = 5.0;
 
 /// Share of unfinished vehicles from which on a movement is marked: more arrive than leave.
 const UNSERVED: f64 = 0.1;
@@ -151,6 +155,7 @@ pub(crate) fn point(seen: Seen<'_>, point: usize, page: Option<&str>) -> Option<
         .collect();
     let all = of(*compared.first()?)?;
     let hours = hours(data);
+    let in_feet = shown.drawing(&data.points[point].row.point).is_some_and(has_miles);
     let capacities: Vec<Option<Vec<Option<Capacity>>>> = (compared.iter())
         .map(|method| Some(basis(data)?.capacities(&of(*method)?.results)))
         .collect();
@@ -172,7 +177,7 @@ pub(crate) fn point(seen: Seen<'_>, point: usize, page: Option<&str>) -> Option<
                         ratio => capacity.map_or_else(|| "-".to_owned(), |c| ratio_text(c.ratio)),
                         stops => own.stops.map(|stops| format!("{stops:.2}")),
                         queue => format!("{:.0}", own.queue_95_veh),
-                        queue_m => format!("{:.0}", own.queue_95_veh * VEHICLE_M),
+                        queue_m => length(own.queue_95_veh * VEHICLE_M, in_feet),
                         spills => queue_ratio(own).is_some_and(|ratio| ratio > 1.0),
                         unserved,
                     }
@@ -181,7 +186,7 @@ pub(crate) fn point(seen: Seen<'_>, point: usize, page: Option<&str>) -> Option<
             context! {
                 movement => m.movement.as_str(),
                 volume => format!("{:.0}", m.vehicles_veh / hours),
-                storage => m.storage_m.map(|length_m| format!("{length_m:.0}")),
+                storage => m.storage_m.map(|length_m| length(length_m, in_feet)),
                 cells => cells.collect::<Vec<_>>(),
             }
         })
@@ -197,9 +202,28 @@ pub(crate) fn point(seen: Seen<'_>, point: usize, page: Option<&str>) -> Option<
     };
     let names: Vec<String> = compared.iter().map(called).collect();
     let title = shown.title(&data.points[point].row);
-    Some(
-        context! { title, names, rows, page, weight => format::percent(data.points[point].weight) },
-    )
+    Some(context! {
+        title,
+        names,
+        rows,
+        page,
+        in_feet,
+        weight => format::percent(data.points[point].weight),
+    })
+}
+
+/// Whether the speed limits of an intersection are round numbers of miles per hour, as where lengths are feet.
+fn has_miles(drawn: &DrawnIntersection) -> bool {
+    let is_round = |mph: f64| (mph / ROUND_MPH - (mph / ROUND_MPH).round()).abs() < 0.01;
+    drawn.arms.iter().all(|arm| is_round(arm.speed_mph))
+}
+
+/// Says a length in metres, and in feet in brackets.
+fn length(length_m: f64, in_feet: bool) -> String {
+    match in_feet {
+        true => format!("{length_m:.0} ({:.0})", length_m / FOOT_M),
+        false => format!("{length_m:.0}"),
+    }
 }
 
 /// Returns the level of service of a movement: F where its lane group is above capacity.
@@ -212,7 +236,9 @@ fn ratio_text(ratio: f64) -> String {
     if ratio.is_finite() { format!("{ratio:.2}") } else { "no green".to_owned() }
 }
 
-/// Returns the 95% queue as a share of the storage length; `None` without one.
+/// Returns the queue that is not exceeded for 95% of the time as a share of the storage length; `None` without one.
+///
+/// Deviation: the manual has the 95% back of queue per cycle, which is longer. It is not recorded.
 fn queue_ratio(movement: &MovementResult) -> Option<f64> {
     Some(movement.queue_95_veh * VEHICLE_M / movement.storage_m?)
 }
@@ -234,4 +260,39 @@ fn unfinished(movement: &MovementResult) -> Option<f64> {
 fn hours(data: &Analysis) -> f64 {
     let horizon_s = data.manifest.identity.settings.get("demand").and_then(|d| d.get("horizon_s"));
     horizon_s.and_then(serde_json::Value::as_f64).unwrap_or(SECONDS_PER_HOUR) / SECONDS_PER_HOUR
+}
+
+#[cfg(test)]
+mod tests {
+    use signals::places::DrawnArm;
+
+    use super::*;
+
+    #[test]
+    fn lengths_are_in_feet_too_where_speed_limits_are_miles_per_hour() {
+        let has = |speeds_mph: [f64; 2]| {
+            let arm = |speed_mph: f64| DrawnArm {
+                name: String::new(),
+                edge: String::new(),
+                bearing_deg: 0.0,
+                lanes: vec!["s".to_owned()],
+                lanes_out: 1,
+                speed_mph,
+                left_storage_m: None,
+                right_storage_m: None,
+            };
+            has_miles(&DrawnIntersection {
+                point: "p".to_owned(),
+                intersection: "7".to_owned(),
+                period: String::new(),
+                is_left_hand: false,
+                arms: speeds_mph.map(arm).to_vec(),
+            })
+        };
+        assert!(has([30.0, 40.000_001]));
+        // 50 and 80 km/h.
+        assert!(!has([31.07, 30.0]) && !has([49.71, 49.71]));
+        assert_eq!(length(45.72, true), "46 (150)");
+        assert_eq!(length(45.72, false), "46");
+    }
 }

@@ -10,11 +10,11 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
-use super::answers::today;
+use super::answers::{is_coordinated, today};
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
 use super::movements;
-use super::plans::cabinet::{of_plan, phases, seconds};
+use super::plans::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow};
 use super::plans::left_turns::unprotected;
 use super::plans::remove_earlier;
 use super::plans::sheets::rings;
@@ -198,6 +198,18 @@ fn by_seed(data: &Analysis, point: usize, method: usize) -> Option<Vec<f64>> {
         .collect()
 }
 
+/// Returns the change of delay from the reference to another method, with the same evaluation seeds.
+fn change(data: &Analysis, c: &Compared, method: usize) -> Option<(f64, Option<f64>)> {
+    let own = by_seed(data, c.point, method).filter(|_| method != c.reference)?;
+    let other = by_seed(data, c.point, c.reference)?;
+    interval(&own.iter().zip(&other).map(|(a, b)| a - b).collect::<Vec<_>>())
+}
+
+/// Whether a change may be chance: its interval contains 0, or has no known width.
+fn may_be_chance((middle, half): (f64, Option<f64>)) -> bool {
+    half.is_none_or(|half| middle.abs() <= half)
+}
+
 /// Says a number with half the width of its interval.
 fn with_width((middle, half): (f64, Option<f64>), sign: bool) -> String {
     let middle = if sign { format!("{middle:+.1}") } else { format!("{middle:.1}") };
@@ -218,13 +230,8 @@ fn row(seen: Seen<'_>, c: &Compared, drawn: &DrawnIntersection, method: usize) -
     let Seen { data, .. } = seen;
     let identity = &data.manifest.identity;
     let result = data.points[c.point].results[method].as_ref()?;
-    let own = by_seed(data, c.point, method);
-    let delay = own.as_ref().and_then(|own| interval(own));
+    let delay = by_seed(data, c.point, method).and_then(|own| interval(&own));
     let delay = with_width(delay.unwrap_or((result.objective, None)), false);
-    let other = by_seed(data, c.point, c.reference).filter(|_| method != c.reference);
-    let change = own.zip(other).and_then(|(own, other)| {
-        interval(&own.iter().zip(&other).map(|(a, b)| a - b).collect::<Vec<_>>())
-    });
     let winner = data.winners[c.point].as_ref().filter(|_| c.best == Some(method));
     let probability = winner.and_then(|w| w.probability).map(format::percent);
     let is_today = today(data).is_some();
@@ -242,7 +249,7 @@ fn row(seen: Seen<'_>, c: &Compared, drawn: &DrawnIntersection, method: usize) -
         method => named(data, &identity.methods[method]),
         delay,
         level => letter(result.objective).to_string(),
-        change => change.map(|change| with_width(change, true)),
+        change => change(data, c, method).map(|change| with_width(change, true)),
         probability,
         stops => stops(seen, c.point, drawn, method).map(|s| format!("{:.2}", s.per_vehicle)),
         hours => number(year.map(|y| y.vehicle_hours)),
@@ -263,6 +270,7 @@ fn plan(seen: Seen<'_>, told: &Told) -> Value {
         rings => rings(&told.plan),
         is_stages => told.is_stages,
         unprotected => unprotected(seen, told.point, &told.plan).join(", "),
+        hides_walk => hides_walk(&told.plan),
         schedule => schedule(&told.plan),
     }
 }
@@ -367,6 +375,14 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
             }
         })
         .collect();
+    let is_open = |c: &Compared| {
+        let best = c.best.filter(|best| *best != c.reference);
+        best.is_some_and(|best| change(data, c, best).is_none_or(may_be_chance))
+    };
+    let today_is_coordinated =
+        |c: &Compared| is_coordinated(&identity.points[c.point], &identity.methods[c.reference]);
+    let open = all.iter().map(|(c, _)| c).filter(|c| is_open(c));
+    let open: Vec<&str> = open.map(|c| c.period.as_str()).collect();
     let point = data.points[first].row.point.as_str();
     let sketch = sketch(drawn, &title, &said);
     context! {
@@ -378,6 +394,9 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
         periods,
         is_today => today(data).is_some(),
         unchanged => all.iter().all(|(c, _)| c.best == Some(c.reference)),
+        is_coordinated => all.iter().any(|(c, _)| today_is_coordinated(c)),
+        may_be_chance => !open.is_empty(),
+        open => open.join(", "),
         saved => saved.filter(|_| is_whole).map(|saved| context! {
             hours => number(Some(saved.vehicle_hours)),
             stops => number(saved.stops),
@@ -385,6 +404,7 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
             co2 => number(saved.co2_kg),
             usd => number(Some(saved.usd)),
         }),
+        yellow => unrounded_yellow(data, drawn),
         assumptions => shown.worth.values(),
         file => FILE,
         seeds => format::count(identity.evaluation_seeds.len(), "evaluation seed"),
@@ -463,5 +483,11 @@ mod tests {
         assert!((middle - 2.0).abs() < 1e-12 && (half.unwrap() - expected).abs() < 1e-7);
         assert_eq!(interval(&[]), None);
         assert_eq!(with_width((-2.0, Some(0.5)), true), "-2.0 \u{b1} 0.5");
+    }
+
+    #[test]
+    fn a_change_within_its_interval_or_of_a_single_seed_may_be_chance() {
+        assert!(may_be_chance((-12.7, Some(17.2))) && may_be_chance((-12.7, None)));
+        assert!(!may_be_chance((-12.7, Some(3.0))) && !may_be_chance((12.7, Some(3.0))));
     }
 }

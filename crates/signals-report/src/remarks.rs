@@ -20,7 +20,11 @@ pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
             on_defaults.then(|| "; most inflows are defaults".to_owned())
         }
         About::Conditions => limits(data),
-        About::Gain => answers::gain(data),
+        About::Gain => {
+            let said = [answers::gain(data), answers::uncoordinated(data)];
+            let said: Vec<String> = said.into_iter().flatten().collect();
+            (!said.is_empty()).then(|| said.join(" "))
+        }
         About::Fails => answers::fails(data),
         About::Misses => answers::misses(data),
         About::Regimes => {

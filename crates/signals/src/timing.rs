@@ -48,7 +48,7 @@ const VEHICLE_M: f64 = 6.1;
 
 /// Lowest speed at which a vehicle clears the junction, metres per second: that of somebody who walks. Networks have
 /// approaches with a speed limit of 0. Our choice.
-const SLOWEST_MPS: f64 = 1.4;
+pub const SLOWEST_MPS: f64 = 1.4;
 
 /// Longest yellow, seconds (MUTCD).
 const MAX_YELLOW_S: u32 = 6;
@@ -156,7 +156,7 @@ impl Timing {
     /// Returns the change interval of an approach by ITE's formula.
     fn kinematic(&self, approach: usize) -> Change {
         let speed_mps = self.approaches[approach].speed_mps.max(SLOWEST_MPS);
-        let yellow_s = REACTION_S + speed_mps / (2.0 * DECELERATION_MPS2);
+        let yellow_s = kinematic_yellow_s(speed_mps);
         let red_s = (self.crossing_m(approach) + VEHICLE_M) / speed_mps;
         let yellow = whole(yellow_s).min(MAX_YELLOW_S).max(self.settings.yellow_time_s);
         let all_red = whole(yellow_s + red_s).saturating_sub(yellow);
@@ -215,6 +215,11 @@ impl Timing {
     pub fn cycle_s(&self) -> (u32, u32) {
         (self.settings.min_cycle_s, self.settings.max_cycle_s)
     }
+}
+
+/// Returns the yellow of ITE's formula at a speed, seconds, before it is rounded up and brought within its limits.
+pub fn kinematic_yellow_s(speed_mps: f64) -> f64 {
+    REACTION_S + speed_mps / (2.0 * DECELERATION_MPS2)
 }
 
 fn is_green(letter: char) -> bool {
@@ -289,6 +294,7 @@ mod tests {
         // Yellow 1 + 13.41 / 6.1 = 3.20, all-red (12.8 + 6.1) / 13.41 = 1.41, together 4.61 s.
         let change = cross(&field()).change(THROUGH, OTHER).unwrap();
         assert_eq!((change.yellow_s, change.all_red_s), (4, 1));
+        assert!((kinematic_yellow_s(13.41) - 3.198).abs() < 0.001);
         let mut fast = cross(&field());
         fast.approaches[2].speed_mps = 22.35;
         fast.approaches[1].width_m = 30.0;

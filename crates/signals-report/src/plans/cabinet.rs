@@ -6,20 +6,31 @@
 //! have no row.
 
 use minijinja::{Value, context};
+use serde_json::Value as Json;
 
 use super::told::{Told, of_task};
 use crate::shown::Seen;
+use basics::units::mph_to_mps;
+use evaluation::analysis::Analysis;
 use evaluation::report::csv;
 use evaluation::report::figures::shown as named;
 use signals::control::existing;
 use signals::existing::table::{WRITTEN, cells};
 use signals::existing::{ExistingPlan, PlanPhase, Recall};
+use signals::places::{DrawnArm, DrawnIntersection};
+use signals::timing::{SLOWEST_MPS, kinematic_yellow_s};
 
 /// Name of the table in the report's folder.
 pub(crate) const TABLE: &str = "cabinet.csv";
 
 /// Most intersections whose phases the page shows.
 const FEW: usize = 12;
+
+/// Name in settings of changes whose length follows from speed and width.
+const KINEMATIC: &str = "kinematic";
+
+/// By how much adding tenths of seconds may miss a sum, seconds.
+const ROUNDING_S: f64 = 0.01;
 
 /// Columns before those of a plan; the point MDP is called as `--existing` calls it.
 const WHOSE: [&str; 5] = ["intersection", "method", "replicate", "signal", "kind"];
@@ -114,6 +125,37 @@ pub(crate) fn of_plan(plan: &ExistingPlan) -> String {
     text
 }
 
+/// Returns the yellow of ITE's formula before it is rounded, in words by speed limit; `None` where yellow does not follow
+/// from speeds, or those are not known.
+pub(crate) fn unrounded_yellow(data: &Analysis, drawn: &DrawnIntersection) -> Option<String> {
+    let settings = &data.manifest.identity.settings;
+    let interval = settings.pointer("/signal/change_interval").and_then(Json::as_str)?;
+    (interval == KINEMATIC).then(|| by_speed(&drawn.arms))
+}
+
+/// Says the yellow at the speed limits of the arms with traffic to the signal, the slowest first.
+fn by_speed(arms: &[DrawnArm]) -> String {
+    let arms = arms.iter().filter(|arm| !arm.lanes.is_empty());
+    let mut speeds: Vec<f64> = arms.map(|arm| arm.speed_mph.round()).collect();
+    speeds.sort_by(f64::total_cmp);
+    speeds.dedup();
+    let said = speeds.iter().map(|mph| {
+        format!("{:.1} s at {mph} mph", kinematic_yellow_s(mph_to_mps(*mph).max(SLOWEST_MPS)))
+    });
+    said.collect::<Vec<_>>().join(", ")
+}
+
+/// Whether a phase's shortest green contains walk and clearance although its recall is not that of pedestrians: keyed so, it
+/// shows WALK only after a push of the button.
+pub(crate) fn hides_walk(plan: &ExistingPlan) -> bool {
+    plan.phases.iter().any(|phase| {
+        let is_within = |[walk_s, clearance_s]: [f64; 2]| {
+            walk_s > 0.0 && phase.min_green_s >= walk_s + clearance_s - ROUNDING_S
+        };
+        matches!(phase.recall, Recall::None | Recall::Min) && phase.walk_s.is_some_and(is_within)
+    })
+}
+
 /// Returns the phases of a plan for pages, by number.
 pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
     let mut phases: Vec<&PlanPhase> = plan.phases.iter().collect();
@@ -145,4 +187,56 @@ pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
         }
     };
     phases.into_iter().map(value).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use signals::existing::Control;
+
+    use super::*;
+
+    #[test]
+    fn yellow_is_said_to_a_tenth_for_every_speed_to_the_signal() {
+        let arm = |speed_mph: f64, lanes: &[&str]| DrawnArm {
+            name: String::new(),
+            edge: String::new(),
+            bearing_deg: 0.0,
+            lanes: lanes.iter().map(|turns| (*turns).to_owned()).collect(),
+            lanes_out: 1,
+            speed_mph,
+            left_storage_m: None,
+            right_storage_m: None,
+        };
+        // 1 s + 17.88 / 6.1, and 1 s + 13.41 / 6.1.
+        let arms = [arm(40.0, &["s"]), arm(30.0, &["s"]), arm(30.0, &["s"]), arm(55.0, &[])];
+        assert_eq!(by_speed(&arms), "3.2 s at 30 mph, 3.9 s at 40 mph");
+    }
+
+    #[test]
+    fn a_shortest_green_with_walk_and_clearance_needs_the_recall_of_pedestrians() {
+        let hides = |min_green_s: f64, walk_s: Option<[f64; 2]>, recall: Recall| {
+            let phase = PlanPhase {
+                number: 2,
+                ring: 1,
+                barrier: 1,
+                position: 1,
+                movements: vec!["NBT".to_owned()],
+                yielding: Vec::new(),
+                min_green_s,
+                max_green_s: 60.0,
+                passage_s: 3.0,
+                yellow_s: 4.0,
+                all_red_s: 1.0,
+                walk_s,
+                recall,
+                dual_entry: true,
+                inhibit_max: false,
+            };
+            hides_walk(&ExistingPlan::new(Control::Actuated, vec![phase]))
+        };
+        let people = Some([7.0, 11.0]);
+        assert!(hides(18.0, people, Recall::None) && hides(18.0, people, Recall::Min));
+        assert!(!hides(18.0, people, Recall::Ped) && !hides(18.0, people, Recall::Max));
+        assert!(!hides(7.0, people, Recall::None) && !hides(18.0, None, Recall::None));
+    }
 }

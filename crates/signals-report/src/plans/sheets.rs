@@ -10,7 +10,7 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
-use super::cabinet::{of_plan, phases, seconds};
+use super::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow};
 use super::left_turns::unprotected;
 use super::told::{Told, best};
 use crate::shown::Seen;
@@ -164,6 +164,7 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             phases => phases(&told.plan),
             is_stages => told.is_stages,
             unprotected => unprotected(seen, point, &told.plan).join(", "),
+            hides_walk => hides_walk(&told.plan),
             is_today => identity.methods[told.method] == signals::control::existing::METHOD.name,
             is_given => !told.plan.ways.is_empty(),
             rings => rings(&told.plan),
@@ -173,6 +174,7 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
         title => shown.title(row),
         point => row.point.as_str(),
         plans => plans.collect::<Vec<_>>(),
+        yellow => shown.drawing(&row.point).and_then(|drawn| unrounded_yellow(data, drawn)),
         simulator => identity.simulator.as_str(),
         version => identity.tsc_family.as_str(),
     }
