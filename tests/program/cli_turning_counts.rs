@@ -6,6 +6,7 @@ use std::path::Path;
 
 use crate::common::{run, stderr, succeed};
 use crate::outcomes::refused;
+use crate::report_links::lead_somewhere;
 
 /// A crossing whose table has no daily counts.
 fn with_table() -> tempfile::TempDir {
@@ -347,6 +348,8 @@ fn an_existing_plan_is_simulated_and_compared_with() {
     assert!(page.contains("pretimed, cycle 70 s, offset 0 s"), "no caption");
     assert!(folder.path().join("r/report/against-existing/index.html").is_file());
     page_of_an_intersection(folder.path());
+    // The page, that against the existing plan, and those of the intersection.
+    assert!(lead_somewhere(&folder.path().join("r/report")) > 3);
     // Greens of 35 and 25 s, yellow of 4 s and all-red of 1 s; SUMO can run it.
     let plans = read("r/report/plans.csv");
     let row = plans.lines().find(|row| row.contains(",existing,")).unwrap();

@@ -55,6 +55,7 @@ mod own_controllers;
 mod plain_sumo;
 #[cfg(feature = "libsumo")]
 mod plans_sumo;
+mod report_links;
 #[cfg(feature = "libsumo")]
 mod several_signals;
 mod strange_files;

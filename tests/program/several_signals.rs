@@ -7,6 +7,7 @@ use crate::common::{run, stderr, succeed};
 use crate::fixture::Scenario;
 use crate::outcomes::record;
 use crate::plans_sumo::delay_s;
+use crate::report_links::lead_somewhere;
 use serde_json::Value;
 
 /// A street that crosses a divided one, whose two nodes are 20 m apart and one signal.
@@ -145,6 +146,30 @@ fn coordinated_signals_have_a_common_cycle_and_plain_sumo_repeats_their_plan_wit
         let args = format!("-c street.sumocfg -a {plan} --seed {}", row["seed"]);
         assert_eq!(row["metrics"]["delay_s"], delay_s(folder, &args));
     }
+    // Stages have the names of their movements, so that a cabinet can be told them.
+    let mut table = csv::Reader::from_path(folder.join("out/report/cabinet.csv")).unwrap();
+    let columns = table.headers().unwrap().clone();
+    let column = |name: &str| columns.iter().position(|column| column == name).unwrap();
+    let stages: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
+    assert!(stages.iter().all(|row| &row[column("kind")] == "stage"));
+    for row in &stages {
+        assert!(row[column("movements")].contains('B'), "{row:?}");
+    }
+    for signal in ["A", "B", "C"] {
+        let of_street = stages.iter().any(|row| {
+            &row[column("method")] == "coordinated"
+                && &row[column("signal")] == signal
+                && row[column("movements")].split(' ').any(|name| name == "EBT")
+        });
+        assert!(of_street, "{signal}: {stages:?}");
+    }
+    let sheets = fs::read_to_string(folder.join("out/report/plans/street.html")).unwrap();
+    for signal in ["A", "B", "C"] {
+        assert!(sheets.contains(&format!("<h2>Signal {signal}, ")), "no sheet of {signal}");
+    }
+    assert!(!sheets.contains("each intersection was simulated alone"));
+    // Tables and UTDF are for point MDPs of one signal.
+    assert!(!folder.join("out/report/plans/coordinated.csv").exists());
 }
 
 #[test]
@@ -200,6 +225,8 @@ fn rings_keep_to_a_common_cycle_and_the_cabinet_is_told_cycle_offset_and_splits(
     let page = fs::read_to_string(folder.join("out/report/index.html")).unwrap();
     let cycle = format!("coordinated, cycle {} s, offset", programs[0]["cycle_s"]);
     assert!(page.contains(&cycle), "the page says nothing of the cycle");
+    assert!(page.contains("All plans, to print"), "the page names no sheets to print");
+    assert_eq!(lead_somewhere(&folder.join("out/report")), 2);
 }
 
 #[test]

@@ -151,6 +151,10 @@ pub struct SignalProgram {
     /// Phases in two rings; empty for other kinds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rings: Vec<RingPhase>,
+    /// Names of the movements of each link of a SUMO scenario, such as `NBT`, with spaces between several; absent where results
+    /// by movement have them, and for rings, whose phases do.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub links: Vec<String>,
 }
 
 impl SignalProgram {
@@ -166,6 +170,7 @@ impl SignalProgram {
             cycle_s: None,
             stages: None,
             rings: Vec::new(),
+            links: Vec::new(),
         }
     }
 }

@@ -101,7 +101,10 @@ impl<S: Sim> Trial for SignalTrial<S> {
     /// What the signals ran: programs, or phases in two rings; nothing where a controller decides.
     fn programs(&self) -> Opaque {
         let programs = self.env.programs().unwrap_or_default();
-        let kept = |running: Running| kept(self.env.timing(&running.signal), running);
+        let kept = |running: Running| {
+            let links = self.env.names_of_links(&running.signal);
+            SignalProgram { links, ..kept(self.env.timing(&running.signal), running) }
+        };
         let mut programs: Vec<SignalProgram> = programs.into_iter().map(kept).collect();
         let sheets = self.env.cabinet_sheets();
         // Within a common cycle, signals without rings have a fixed cycle that belongs to it.

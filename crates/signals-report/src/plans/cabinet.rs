@@ -5,10 +5,12 @@
 //! ones. Where the movements of links are not known, the columns of movements are empty. Methods that decide while they run
 //! have no row.
 
+use std::collections::BTreeSet;
+
 use minijinja::{Value, context};
 use serde_json::Value as Json;
 
-use super::told::{Told, of_task};
+use super::told::{Told, best_of_all_signals, of_task};
 use crate::shown::Seen;
 use basics::units::mph_to_mps;
 use evaluation::analysis::Analysis;
@@ -71,6 +73,12 @@ pub(crate) fn seconds(value: f64) -> String {
 pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
     let Seen { data, shown } = seen;
     let identity = &data.manifest.identity;
+    let many = data.points.len() > FEW;
+    // Those that a page to print is written for.
+    let printed: BTreeSet<usize> = match many {
+        true => BTreeSet::new(),
+        false => best_of_all_signals(seen).iter().map(|told| told.point).collect(),
+    };
     let mut sheets: Vec<Value> = Vec::new();
     for task in &shown.plans {
         let all: Vec<Told> =
@@ -92,14 +100,15 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
         if !signals.is_empty() {
             let title = shown.title(&data.points[task.point].row);
             let method = named(data, &identity.methods[task.method]);
-            let page = format!("plans/{}", super::sheets::page_name(seen, task.point));
+            let page = printed
+                .contains(&task.point)
+                .then(|| format!("plans/{}", super::sheets::page_name(seen, task.point)));
             sheets.push(context! { title, method, signals, page });
         }
     }
     if sheets.is_empty() {
         return None;
     }
-    let many = data.points.len() > FEW;
     let has_existing = identity.methods.iter().any(|m| m == existing::METHOD.name);
     if many {
         sheets.clear();

@@ -1,5 +1,6 @@
 //! Plans for whoever keys them in: as a table that `--existing` takes back (`plans/METHOD.csv`), as UTDF that Synchro takes
-//! back (`plans/METHOD.utdf.csv`), and as a page to print per intersection (`plans/POINT.html`).
+//! back (`plans/METHOD.utdf.csv`), and as a page to print per intersection (`plans/POINT.html`). A SUMO scenario of several
+//! signals has only the page, with a sheet per signal.
 //!
 //! UTDF needs nodes that are numbers: intersections whose ids are none are left out, which is said. Its columns are
 //! those of the network that the existing plan came with, else those with which the names of all arms begin, else the
@@ -12,7 +13,7 @@ use minijinja::{Value, context};
 
 use super::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow};
 use super::left_turns::unprotected;
-use super::told::{Told, best};
+use super::told::{Told, best_of_all_signals};
 use crate::shown::Seen;
 use basics::files::{FileError, write_atomically};
 use evaluation::family::names::safe_id;
@@ -20,7 +21,7 @@ use evaluation::report::figures::shown as named;
 use evaluation::report::page::render;
 use evaluation::report::{ReportError, format};
 use signals::existing::table::to_csv;
-use signals::existing::{ExistingPlan, NamedPlan};
+use signals::existing::{Control, ExistingPlan, NamedPlan};
 use signals::family::load::number_of_intersection;
 use signals::utdf::to_utdf;
 
@@ -43,14 +44,15 @@ pub(crate) struct Written {
 ///
 /// [`ReportError`] when a file cannot be written.
 pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, ReportError> {
-    let all = best(seen);
+    let (alone, several): (Vec<Told>, Vec<Told>) =
+        best_of_all_signals(seen).into_iter().partition(|told| told.is_alone);
     let mut written = Written::default();
-    if all.is_empty() {
+    if alone.is_empty() && several.is_empty() {
         return Ok(written);
     }
     std::fs::create_dir_all(folder).map_err(FileError::at("create", folder))?;
-    write_tables(folder, seen, &all)?;
-    write_utdf(folder, seen, &all, &mut written)?;
+    write_tables(folder, seen, &alone)?;
+    write_utdf(folder, seen, &alone, &mut written)?;
     if seen.data.points.len() > MOST_PAGES {
         written.notes.push(format!(
             "no pages of plans per intersection: more than {MOST_PAGES} intersections"
@@ -58,7 +60,11 @@ pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, ReportErro
         return Ok(written);
     }
     for point in 0..seen.data.points.len() {
-        let own: Vec<&Told> = all.iter().filter(|told| told.point == point).collect();
+        let of_point = |told: &&Told| told.point == point;
+        let mut by_signal: Vec<&Told> = several.iter().filter(of_point).collect();
+        // All methods of a signal stand together.
+        by_signal.sort_by(|a, b| a.signal.cmp(&b.signal));
+        let own: Vec<&Told> = alone.iter().filter(of_point).chain(by_signal).collect();
         if own.is_empty() {
             continue;
         }
@@ -162,7 +168,9 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             delay_s => of_training,
             training => (trainings > 1).then(|| format!("training {} of {trainings}", told.replicate + 1)),
             phases => phases(&told.plan),
+            signal => (!told.is_alone).then_some(told.signal.as_str()),
             is_stages => told.is_stages,
+            is_coordinated => told.plan.control == Control::Coordinated,
             unprotected => unprotected(seen, point, &told.plan).join(", "),
             hides_walk => hides_walk(&told.plan),
             is_today => identity.methods[told.method] == signals::control::existing::METHOD.name,

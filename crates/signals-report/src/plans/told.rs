@@ -12,7 +12,7 @@ use signals::movement_results::MovementResult;
 use signals::network::plain::SIGNAL;
 use signals::network_files::GENERATED;
 use signals::places::DrawnIntersection;
-use signals::program::ProgramKind;
+use signals::program::{ProgramKind, SignalProgram};
 use signals::vocabulary::Heading;
 
 /// The plan of a signal as phases.
@@ -31,6 +31,8 @@ pub(crate) struct Told {
     pub(crate) plan: ExistingPlan,
     /// Whether its phases are stages of a program.
     pub(crate) is_stages: bool,
+    /// Whether its signal is the only one of the task.
+    pub(crate) is_alone: bool,
 }
 
 /// Returns the plans of all signals of a task; nothing for methods that decide while they run.
@@ -44,48 +46,63 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
         signal: signal.to_owned(),
         plan: with_names_of_the_network(seen, task.point, plan),
         is_stages,
+        is_alone: true,
     };
     if let Some(plan) = existing_of(data, task) {
         return vec![told(SIGNAL, plan, false)];
     }
-    let names = shown.link_names(task.point);
-    let nothing = BTreeMap::new();
+    let of_results = shown.link_names(task.point);
+    let names = |program: &SignalProgram| -> BTreeMap<usize, String> {
+        match program.links.is_empty() {
+            true => of_results.get(&program.signal).cloned().unwrap_or_default(),
+            false => program.links.iter().cloned().enumerate().collect(),
+        }
+    };
     let rings = task.rings.iter().filter_map(|signal| {
         let is_stages = signal.kind != ProgramKind::DualRing;
         let plan = match is_stages {
             false => of_rings(signal),
-            true => of_program(signal, names.get(&signal.signal).unwrap_or(&nothing))?,
+            true => of_program(signal, &names(signal))?,
         };
         Some(told(&signal.signal, plan, is_stages))
     });
     let programs = task.programs().iter().filter(|_| task.is_whole()).filter_map(|program| {
-        let mut plan = of_program(program, names.get(&program.signal).unwrap_or(&nothing))?;
+        let mut plan = of_program(program, &names(program))?;
         // Records do not have the offset of a program of a network that is not ours.
         if program.own && data.manifest.identity.points[task.point].environment != GENERATED {
             plan.offset_s = None;
         }
         Some(told(&program.signal, plan, true)).filter(|told| !told.plan.phases.is_empty())
     });
-    rings.chain(programs).collect()
+    let mut all: Vec<Told> = rings.chain(programs).collect();
+    let is_alone = all.len() == 1;
+    all.iter_mut().for_each(|told| told.is_alone = is_alone);
+    all
 }
 
 /// Returns the plan of every method that has one at every intersection of one signal whose movements are known: of several
 /// trainings that of the best objective.
 pub(crate) fn best(seen: Seen<'_>) -> Vec<Told> {
+    best_of_all_signals(seen).into_iter().filter(|told| told.is_alone).collect()
+}
+
+/// Returns what [`best`] does, with the plans of point MDPs of several signals: one plan per signal. Plans of a method on a
+/// point MDP stand together.
+pub(crate) fn best_of_all_signals(seen: Seen<'_>) -> Vec<Told> {
     let direction = seen.data.direction();
-    let mut best: BTreeMap<(usize, usize), (&TaskPlan, Told)> = BTreeMap::new();
+    let mut best: BTreeMap<(usize, usize), (&TaskPlan, Vec<Told>)> = BTreeMap::new();
     for task in &seen.shown.plans {
         let mut of_task = of_task(seen, task);
-        let (Some(told), true) = (of_task.pop(), of_task.is_empty()) else { continue };
-        if told.plan.phases.iter().all(|phase| phase.all_movements().next().is_none()) {
+        of_task.retain(|told| told.plan.phases.iter().any(|p| p.all_movements().next().is_some()));
+        if of_task.is_empty() {
             continue;
         }
         let key = (task.point, task.method);
         if best.get(&key).is_none_or(|(other, _)| task.is_better_than(other, direction)) {
-            best.insert(key, (task, told));
+            best.insert(key, (task, of_task));
         }
     }
-    best.into_values().map(|(_, told)| told).collect()
+    best.into_values().flat_map(|(_, of_task)| of_task).collect()
 }
 
 /// Returns the plan that a task of a method with given plans ran, as it was given.

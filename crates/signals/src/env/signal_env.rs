@@ -487,6 +487,15 @@ impl<S: Sim> SignalEnv<S> {
         Some(&self.signals[index].timing)
     }
 
+    /// Returns per link of a signal of a SUMO scenario the names of its movements, with spaces between several; nothing for
+    /// generated networks.
+    pub fn names_of_links(&self, signal: &str) -> Vec<String> {
+        let is_imported = self.world.routes.is_none();
+        let signal = self.scene.signals.iter().find(|own| is_imported && own.id == signal);
+        let names = signal.map(|signal| link_names(&self.scene, signal, self.world.side));
+        names.unwrap_or_default().iter().map(|names| names.join(" ")).collect()
+    }
+
     /// Returns the phases of the signals that run in two rings, in words, by signal.
     pub fn dual_rings(&self) -> impl Iterator<Item = (&str, String)> {
         let rings = self.specs.iter().zip(&self.rings);

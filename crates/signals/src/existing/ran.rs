@@ -85,7 +85,7 @@ fn people(walk_s: u32, clearance_s: u32) -> Option<[f64; 2]> {
 ///
 /// # Arguments
 ///
-/// * `names` — of the movements, by link; a link without one is passed over.
+/// * `names` — of the movements, by link, with spaces between several; a link without one is passed over.
 pub fn of_program(
     program: &SignalProgram,
     names: &BTreeMap<usize, String>,
@@ -97,9 +97,10 @@ pub fn of_program(
     let of = |state: &str, letter: char| {
         let links = state.char_indices().filter(|(_, c)| *c == letter);
         let mut found: Vec<String> = Vec::new();
-        for name in links.filter_map(|(link, _)| names.get(&link)) {
-            if !found.contains(name) {
-                found.push(name.clone());
+        let of_links = links.filter_map(|(link, _)| names.get(&link));
+        for name in of_links.flat_map(|names| names.split_whitespace()) {
+            if !found.iter().any(|own| own == name) {
+                found.push(name.to_owned());
             }
         }
         found.sort_by_key(|name| listed_before(name));
@@ -251,6 +252,14 @@ mod tests {
         assert_eq!(told, [(1, text("NBT"), text("NBL"), 25.0), (2, text("NBL"), text(""), 13.0)]);
         assert_eq!((plan.cycle_s, plan.check()), (Some(38.0), Ok(vec![])));
         assert_eq!([0, 1].map(|p: usize| plan.phases[p].walk_s), [Some([7.0, 12.0]), None]);
+    }
+
+    #[test]
+    fn a_link_of_several_movements_shows_all_of_them() {
+        let names = BTreeMap::from([(0, "NBL NBT".to_owned()), (1, "EBT".to_owned())]);
+        let plan = of_program(&program(&[("gG", 20.0), ("yy", 4.0)]), &names).unwrap();
+        assert_eq!(plan.phases[0].movements, ["EBT"]);
+        assert_eq!(plan.phases[0].yielding, ["NBL", "NBT"]);
     }
 
     #[test]

@@ -1,5 +1,9 @@
 //! Plans as UTDF, for Synchro to merge into the network that they belong to: `[Lanes]` with the phases of movements,
 //! `[Timeplans]` and `[Phases]`. Nodes, links and volumes stay those of the network.
+//!
+//! Only settings that plans have are written. Of what plans do not have, Synchro keeps the settings of the network: gap
+//! reduction, calls of pedestrians, smallest splits, the master, the yield point, locked timings, nodes of the controller,
+//! units.
 
 use std::collections::BTreeMap;
 
@@ -29,8 +33,9 @@ pub fn to_utdf(plans: &[(u32, ExistingPlan)]) -> Result<String, String> {
     for (node, plan) in plans {
         check(plan).map_err(|reason| format!("node {node}: {reason}"))?;
     }
-    let mut text = "[Network]\nNetwork Settings\nRECORDNAME,DATA\nUTDFVERSION,8\nMetric,0\n\n[Lanes]\nLane Group Data\n"
-        .to_owned();
+    let mut text =
+        "[Network]\nNetwork Settings\nRECORDNAME,DATA\nUTDFVERSION,8\n\n[Lanes]\nLane Group Data\n"
+            .to_owned();
     text.push_str(&format!("RECORDNAME,INTID,{}\n", MOVEMENTS.join(",")));
     plans.iter().for_each(|(node, plan)| lanes(&mut text, *node, plan));
     text.push_str("\n[Timeplans]\nTiming Plan Settings\nRECORDNAME,INTID,DATA\n");
@@ -114,14 +119,9 @@ fn times(text: &mut String, node: u32, plan: &ExistingPlan) {
     for (name, value) in [
         ("Control Type", control.to_string()),
         ("Cycle Length", number(cycle_s)),
-        ("Lock Timings", "0".to_owned()),
         ("Referenced To", plan.referenced_to.to_string()),
         ("Reference Phase", reference.to_string()),
         ("Offset", plan.offset_s.map(number).unwrap_or_default()),
-        ("Master", "0".to_owned()),
-        ("Yield", "0".to_owned()),
-        ("Node 0", node.to_string()),
-        ("Node 1", "0".to_owned()),
     ] {
         record(text, name, node, std::iter::once(value));
     }
@@ -131,27 +131,18 @@ fn phases(text: &mut String, node: u32, plan: &ExistingPlan, most: u32) {
     let flag = |flag: bool| u32::from(flag).to_string();
     let people =
         |p: &PlanPhase, i: usize| p.walk_s.map_or_else(String::new, |both| number(both[i]));
-    let least_s = |p: &PlanPhase| {
-        let walk_s = p.walk_s.map_or(0.0, |[walk_s, clearance_s]| walk_s + clearance_s);
-        p.min_green_s.max(walk_s) + p.yellow_s + p.all_red_s
-    };
     let recall =
         |p: &PlanPhase| Recall::ALL.iter().position(|r| *r == p.recall).unwrap_or_default();
-    let records: [(&str, CellOf<'_>); 16] = [
+    let records: [(&str, CellOf<'_>); 11] = [
         ("BRP", &|p| format!("{}{}{}", p.barrier, p.ring, p.position)),
         ("MinGreen", &|p| number(p.min_green_s)),
         ("MaxGreen", &|p| number(p.max_green_s)),
         ("VehExt", &|p| number(p.passage_s)),
-        ("TimeBeforeReduce", &|_| "0".to_owned()),
-        ("TimeToReduce", &|_| "0".to_owned()),
-        ("MinGap", &|p| number(p.passage_s)),
         ("Yellow", &|p| number(p.yellow_s)),
         ("AllRed", &|p| number(p.all_red_s)),
         ("Recall", &|p| recall(p).to_string()),
         ("Walk", &|p| people(p, 0)),
         ("DontWalk", &|p| people(p, 1)),
-        ("PedCalls", &|p| p.walk_s.map_or_else(String::new, |_| "0".to_owned())),
-        ("MinSplit", &|p| number(least_s(p))),
         ("DualEntry", &|p| flag(p.dual_entry)),
         ("InhibitMax", &|p| flag(p.inhibit_max)),
     ];
@@ -232,6 +223,23 @@ mod tests {
         ] {
             assert!(text.lines().any(|l| l == line), "{line}\n{text}");
         }
+    }
+
+    #[test]
+    fn settings_that_plans_do_not_have_are_left_to_the_network() {
+        let text = to_utdf(&[(7, plan(Control::Coordinated))]).unwrap();
+        let sections = text.split_once("[Lanes]").unwrap().1;
+        let written: Vec<&str> = sections
+            .lines()
+            .filter_map(|line| line.split_once(",7,").map(|(name, _)| name))
+            .filter(|name| !name.starts_with("Phase") && !name.starts_with("PermPhase"))
+            .collect();
+        let of_plans = [
+            "Control Type", "Cycle Length", "Referenced To", "Reference Phase", "Offset", "BRP",
+            "MinGreen", "MaxGreen", "VehExt", "Yellow", "AllRed", "Recall", "Walk", "DontWalk",
+            "DualEntry", "InhibitMax",
+        ];
+        assert_eq!(written, of_plans);
     }
 
     #[test]
