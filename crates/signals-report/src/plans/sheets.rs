@@ -11,7 +11,7 @@ use std::path::Path;
 use minijinja::{Value, context};
 
 use super::cabinet::{of_plan, phases, seconds};
-use super::left_turns::unprotected;
+use super::left_turns::{no_longer_protected, unprotected};
 use super::told::{Told, best};
 use crate::shown::Seen;
 use basics::files::{FileError, write_atomically};
@@ -164,6 +164,7 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             phases => phases(&told.plan),
             is_stages => told.is_stages,
             unprotected => unprotected(seen, point, &told.plan).join(", "),
+            no_longer_protected => no_longer_protected(seen, point, &told.plan).join(", "),
             is_today => identity.methods[told.method] == signals::control::existing::METHOD.name,
             is_given => !told.plan.ways.is_empty(),
             rings => rings(&told.plan),
