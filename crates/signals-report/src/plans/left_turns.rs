@@ -1,12 +1,14 @@
-//! Left turns that yield in a plan although the Signal Timing Manual protects them, whatever their volume. The simulation
-//! does not punish such a plan, because its drivers do not collide.
+//! Left turns that yield in a plan although the Signal Timing Manual protects them, whatever their volume, or although the
+//! existing plan has them protected only. The simulation does not punish such a plan, because its drivers do not collide.
 //!
 //! Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapter 4: two or more left-turn lanes, or four or more
 //! opposing lanes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::shown::Seen;
+use signals::control::existing;
+use signals::environment::existing_plan;
 use signals::existing::ExistingPlan;
 use signals::network::left_turns::{PROTECTED_LANES, PROTECTED_OPPOSING_LANES};
 use signals::places::{DrawnArm, DrawnIntersection};
@@ -28,11 +30,43 @@ pub(crate) fn unprotected(seen: Seen<'_>, point: usize, plan: &ExistingPlan) -> 
     {
         ways.insert(names.get(&m.movement).unwrap_or(&m.movement), &m.from);
     }
-    let yields = |name: &str| plan.phases.iter().any(|p| p.yielding.iter().any(|own| own == name));
-    let crossing = if drawn.is_left_hand { 'R' } else { 'L' };
-    let turns = ways.into_iter().filter(|(name, _)| name.contains(crossing) && yields(name));
+    let crossing = crossing(drawn);
+    let turns = ways.into_iter().filter(|(name, _)| name.contains(crossing) && yields(plan, name));
     let said = turns.filter_map(|(name, from)| Some(format!("{name} ({})", reason(drawn, from)?)));
     said.collect()
+}
+
+/// Returns the left turns that yield in a plan and are protected only in the existing plan of the intersection; in left-hand
+/// traffic right turns.
+pub(crate) fn no_longer_protected(
+    seen: Seen<'_>,
+    point: usize,
+    plan: &ExistingPlan,
+) -> Vec<String> {
+    let row = &seen.data.manifest.identity.points[point];
+    let today = existing_plan(row, existing::METHOD.name).ok().flatten();
+    match (today, seen.shown.drawing(&row.point)) {
+        (Some(today), Some(drawn)) => lost(&today, plan, crossing(drawn)),
+        _ => Vec::new(),
+    }
+}
+
+/// Returns the turns of a kind that are protected only in one plan and yield in another one.
+fn lost(today: &ExistingPlan, plan: &ExistingPlan, turn: char) -> Vec<String> {
+    let protected: BTreeSet<&String> = today.phases.iter().flat_map(|p| &p.movements).collect();
+    let is_lost =
+        |name: &&String| name.contains(turn) && !yields(today, name) && yields(plan, name);
+    protected.into_iter().filter(is_lost).cloned().collect()
+}
+
+/// Whether a movement yields in a phase of a plan.
+fn yields(plan: &ExistingPlan, name: &str) -> bool {
+    plan.phases.iter().any(|p| p.yielding.iter().any(|own| own == name))
+}
+
+/// Returns the letter of the turns that cross opposing traffic.
+fn crossing(drawn: &DrawnIntersection) -> char {
+    if drawn.is_left_hand { 'R' } else { 'L' }
 }
 
 /// Returns why the left turns of an arm are protected whatever their volume; `None` where nothing says so.
@@ -55,6 +89,8 @@ fn reason(drawn: &DrawnIntersection, from: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use signals::existing::{Control, PlanPhase, Recall};
+
     use super::*;
 
     fn arm(edge: &str, bearing_deg: f64, lanes: &[&str]) -> DrawnArm {
@@ -68,6 +104,39 @@ mod tests {
             left_storage_m: None,
             right_storage_m: None,
         }
+    }
+
+    fn plan(phases: &[(&str, &str)]) -> ExistingPlan {
+        let names = |all: &str| all.split_whitespace().map(str::to_owned).collect();
+        let phase = |(number, (movements, yielding)): (u32, &(&str, &str))| PlanPhase {
+            number,
+            ring: 1,
+            barrier: 1,
+            position: number,
+            movements: names(movements),
+            yielding: names(yielding),
+            min_green_s: 5.0,
+            max_green_s: 20.0,
+            passage_s: 3.0,
+            yellow_s: 4.0,
+            all_red_s: 1.0,
+            walk_s: None,
+            recall: Recall::None,
+            dual_entry: true,
+            inhibit_max: false,
+        };
+        ExistingPlan::new(Control::Actuated, (1..).zip(phases).map(phase).collect())
+    }
+
+    #[test]
+    fn left_turns_that_only_the_existing_plan_protects_are_named() {
+        let today =
+            plan(&[("SBL NBL", ""), ("NBT SBT NBR", ""), ("EBL", ""), ("EBT WBT", "EBL WBL")]);
+        // The left turn of the north keeps its arrow and yields after it; that of the south has its arrow alone.
+        let proposed = plan(&[("SBL NBL", ""), ("NBT SBT", "SBL NBR"), ("EBT WBT", "EBL WBL")]);
+        assert_eq!(lost(&today, &proposed, 'L'), ["SBL"]);
+        assert_eq!(lost(&today, &proposed, 'R'), ["NBR"]);
+        assert_eq!(lost(&today, &today, 'L'), Vec::<String>::new());
     }
 
     #[test]

@@ -604,11 +604,52 @@ mod tests {
         assert_eq!(greens(&plan, &[5, 6, 8], &[4, 5, 6, 8], 107), all(5, 6, 8));
         plan.reference = vec![6];
         assert_eq!(greens(&plan, &[1, 2, 4], &[1, 2, 4, 8], 107), all(1, 2, 4));
-        // Its change is shorter, so that the plan has its green end after that of the coordinated one.
+        // Its change is shorter, so that the plan has its green end 2 s after that of the coordinated one.
         plan.reference = vec![2];
         (plan.phases[4].yellow_s, plan.phases[4].all_red_s) = (3.0, 0.0);
         plan.phases[4].max_green_s = 21.5;
-        assert_eq!(greens(&plan, &[5, 6, 8], &[4, 5, 6, 8], 107), all(5, 6, 8));
+        let longer = [(6, 0, 21), (8, 24, 20), (5, 49, 8), (6, 62, 21), (8, 86, 20)];
+        assert_eq!(greens(&plan, &[5, 6, 8], &[4, 5, 6, 8], 107), longer);
+    }
+
+    #[test]
+    fn a_phase_at_its_longest_rests_until_the_other_ring_may_cross_the_barrier() {
+        let mut plan = placed(Control::Actuated);
+        plan.phases[4].max_green_s = 50.0;
+        let ended = greens(&plan, &[2, 6, 8], &[2, 4, 6, 8], 80);
+        assert_eq!(ended, [(2, 0, 50), (6, 0, 50), (8, 55, 20)]);
+        let max_out = Some(Ending::MaxOut);
+        assert_eq!(first_end(&plan, &[2, 4, 6]), (50, vec![(2, max_out), (6, max_out)]));
+    }
+
+    #[test]
+    fn each_ring_ends_at_its_own_force_off_where_changes_before_a_barrier_differ() {
+        // Left turn 1 lags with 5 s of change beside phase 6 with 7 s.
+        let mut plan = lead_lag();
+        (plan.phases[4].yellow_s, plan.phases[4].max_green_s) = (5.5, 18.0);
+        let ended = greens(&plan, &[1, 2, 6, 8], &[1, 2, 4, 6, 8], 60);
+        assert_eq!(ended, [(2, 0, 20), (6, 0, 30), (1, 25, 7), (8, 37, 20)]);
+    }
+
+    #[test]
+    fn a_ring_waits_where_its_left_turn_would_see_yellow_beside_those_it_yields_to() {
+        let mut plan = placed(Control::Coordinated);
+        // Northbound vehicles turn left in phase 2, and yield to phase 6, whose change is 2 s shorter.
+        plan.phases[1].yielding.push("NBL".into());
+        (plan.phases[4].yellow_s, plan.phases[4].all_red_s) = (3.0, 0.0);
+        plan.phases[4].max_green_s = 21.5;
+        assert_eq!(greens(&plan, &[2, 6], &[4, 8], 30), [(2, 0, 21), (6, 0, 21)]);
+    }
+
+    #[test]
+    fn a_phase_that_waits_for_the_other_ring_may_cross_although_a_cycle_begins() {
+        let mut plan = placed(Control::Coordinated);
+        // Phase 6 is not coordinated, and ends 2 s before phase 2.
+        plan.reference = vec![2];
+        plan.phases[4].yielding.push("SBL".into());
+        (plan.phases[4].yellow_s, plan.phases[4].inhibit_max) = (5.5, true);
+        plan.phases[4].max_green_s = 18.0;
+        assert_eq!(greens(&plan, &[2, 6], &[4, 6, 8], 30), [(2, 0, 19), (6, 0, 19)]);
     }
 
     /// Left turn 1 lags, so that phase 2 ends 12 s before phase 6.
@@ -629,7 +670,8 @@ mod tests {
         let mut plan = lead_lag();
         plan.reference = vec![2];
         let ended = greens(&plan, &[2, 6], &[4, 5, 6, 8], 120);
-        assert_eq!(ended, [(2, 0, 20), (6, 0, 20), (2, 50, 32), (6, 63, 19)]);
+        // Phase 2 may end after 32 s, and waits for the longest green of phase 6.
+        assert_eq!(ended, [(2, 0, 20), (6, 0, 20), (2, 50, 33), (6, 63, 20)]);
     }
 
     #[test]

@@ -8,6 +8,9 @@
 //!   next side is the first in order of which a phase is called. A ring without a call there serves its through phase
 //!   beside the other ring's (dual entry). In an existing plan in which no phase of the ring does so, it rests until one of
 //!   them is called.
+//!
+//!   Deviation: in NEMA TS 2 a through phase at its longest rests in green until the other ring may end as well. In an
+//!   existing plan it does so.
 //! - **Back to the same side**, for a left turn that came too late: both rings end first.
 //!
 //! What is never shown, whatever the plan says:
@@ -21,7 +24,10 @@
 //! An existing plan has its own yellow and red per phase, and a ring takes those of its phase whatever stays green. Where
 //! it is coordinated, a clock counts the cycle: coordinated phases are green until they may end, others end at the end of
 //! their splits at the latest, and a phase that could not last its least before that is not called until the next cycle. One
-//! whose split has no more room than that, or that has waited for a whole cycle, overruns its split.
+//! whose split has no more room than that, or that has waited for a whole cycle, overruns its split. At a barrier a ring with
+//! the longer change begins it first, as soon as the other one's green is about to be over, so that each ring ends at the end
+//! of its own split. Where a left turn would see yellow beside the green of whom it yields to, both begin together, when both
+//! may end.
 
 use osm_signals::Turn;
 
@@ -69,6 +75,18 @@ enum Stage {
     },
 }
 
+/// The green of a ring that goes on for a moment while the other ring crosses the barrier already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Late {
+    ring: usize,
+    /// How long it still lasts, seconds.
+    left_s: u32,
+    /// The phase after it.
+    next: Option<usize>,
+    /// The phase that the other ring begins.
+    beside: Option<usize>,
+}
+
 /// Why a green ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
@@ -88,6 +106,8 @@ pub(super) struct Rings {
     timing: Timing,
     side: usize,
     stages: [Stage; 2],
+    /// The ring that has still to follow the other one across the barrier.
+    late: Option<Late>,
     /// Time since the first coordinated phase could end, seconds; stands still without a cycle.
     clock_s: u32,
     /// Per phase, for how long it has been called without being green, seconds.
@@ -129,6 +149,7 @@ impl Rings {
             timing,
             side,
             stages,
+            late: None,
             green: vec![false; count],
             yellow_s: vec![0; count],
             clearing_s: vec![0; count],
@@ -179,6 +200,7 @@ impl Rings {
         self.ended.clear();
         let mut moves = self.clearing_s.iter().any(|s| *s > 0);
         self.elapse(seen);
+        moves |= self.follow();
         moves |= self.begin();
         self.walk(seen);
         // A change that takes no time may lead to a next one.
@@ -211,6 +233,9 @@ impl Rings {
                 }
                 Stage::Change { left_s, .. } => *left_s = left_s.saturating_sub(1),
             }
+        }
+        if let Some(late) = &mut self.late {
+            late.left_s = late.left_s.saturating_sub(1);
         }
         if let Some(coordination) = &self.plan.coordination {
             self.clock_s = (self.clock_s + 1) % coordination.cycle_s;
@@ -367,6 +392,69 @@ impl Rings {
         }
     }
 
+    /// Whether a phase of an existing plan waits at its force-off for the other ring: the last one was during its green, and
+    /// is nearer than the next one.
+    fn rests(&self, phase: usize, for_s: u32) -> bool {
+        let Some(coordination) = self.plan.coordination.as_ref().filter(|_| self.plan.is_existing)
+        else {
+            return false;
+        };
+        let cycle_s = coordination.cycle_s;
+        let since_s = (self.clock_s + cycle_s - coordination.ends_s[phase] % cycle_s) % cycle_s;
+        !coordination.holds[phase] && for_s > since_s && 2 * since_s < cycle_s
+    }
+
+    /// Whether the phase of a ring may end to cross the barrier.
+    fn may_cross(&self, ring: usize) -> bool {
+        let waits = match self.stages[ring] {
+            Stage::Green { phase, for_s, walk, .. } => {
+                for_s >= self.least_s(phase, walk) && self.rests(phase, for_s)
+            }
+            _ => false,
+        };
+        waits || self.may_end(ring)
+    }
+
+    /// Returns the ring of a coordinated existing plan that crosses the barrier while the other one's green still lasts, and
+    /// for how long, seconds: no longer than its change takes more time than the other one's.
+    fn first_to_cross(&self) -> Option<(usize, u32)> {
+        if !self.plan.is_existing || self.plan.coordination.is_none() {
+            return None;
+        }
+        (0..2).find_map(|ring| {
+            let Stage::Green { phase, .. } = self.stages[ring] else { return None };
+            let Stage::Green { phase: other, for_s, walk, .. } = self.stages[1 - ring] else {
+                return None;
+            };
+            let whole_s = |phase: usize| {
+                let (yellow_s, red_s) = self.plan.phases[phase].change_s;
+                yellow_s + red_s
+            };
+            let left_s = self.left_s(other, for_s);
+            let is_due = left_s > 0 && left_s + whole_s(other) <= whole_s(phase);
+            let is_fair = for_s + left_s >= self.least_s(other, walk);
+            let others = &self.plan.phases[other].links;
+            let is_trapped = |link: &usize| {
+                self.links.turn(*link) == Some(Turn::Left)
+                    && !others.contains(link)
+                    && others.iter().any(|to| self.links.yields(*link, *to))
+            };
+            let is_trap = || self.plan.phases[phase].links.iter().any(is_trapped);
+            let crosses = is_due && is_fair && self.may_cross(ring) && !is_trap();
+            crosses.then_some((ring, left_s))
+        })
+    }
+
+    /// Ends the green that was still to last when the other ring crossed the barrier, if its time is over, and says whether
+    /// it does.
+    fn follow(&mut self) -> bool {
+        let Some(late) = self.late.filter(|late| late.left_s == 0) else { return false };
+        self.late = None;
+        let goes_on: Vec<usize> = [late.next, late.beside].into_iter().flatten().collect();
+        self.change(&[(late.ring, late.next)], &goes_on);
+        true
+    }
+
     /// Whether a phase is called and not served.
     fn waits(&self, phase: usize, seen: &Seen) -> bool {
         let is_served = |stage: &Stage| match stage {
@@ -410,12 +498,15 @@ impl Rings {
 
     /// Lets rings go on within their side, and says whether one did.
     fn advance(&mut self, seen: &Seen) -> bool {
+        if self.late.is_some() {
+            return false;
+        }
         let mut any = false;
         for ring in 0..2 {
             if let Some(next) = self.successor(ring, seen)
                 && self.may_end(ring)
             {
-                self.change(&[(ring, Some(next))], true);
+                self.change(&[(ring, Some(next))], &[next]);
                 any = true;
             }
         }
@@ -444,6 +535,9 @@ impl Rings {
 
     /// Lets both rings cross the barrier if they may, and says whether they do.
     fn cross(&mut self, seen: &Seen) -> bool {
+        if self.late.is_some() {
+            return false;
+        }
         let Some(side) = self.called_side(seen) else { return false };
         if (0..2).any(|ring| self.successor(ring, seen).is_some()) {
             return false;
@@ -451,21 +545,25 @@ impl Rings {
         let order = &self.plan.sides[self.side];
         let (mut all_may, mut forced, mut least, mut held) = (true, false, true, false);
         for (ring, order) in order.iter().enumerate() {
-            all_may &= self.may_end(ring);
+            all_may &= self.may_cross(ring);
             match self.stages[ring] {
                 Stage::Idle => {}
                 Stage::Change { .. } => least = false,
                 Stage::Green { phase, for_s, walk, .. } => {
                     least &= for_s >= self.least_s(phase, walk);
-                    let any_place = self.plan.is_existing || self.plan.coordination.is_some();
+                    let any_place = self.plan.coordination.is_some();
                     let is_last = any_place || order.last() == Some(&phase);
                     let is_over = self.left_s(phase, for_s) == 0;
-                    forced |= is_over && is_last;
+                    // In a cabinet it rests until the other ring may end.
+                    forced |= is_over && is_last && !self.plan.is_existing;
                     held |= self.holds(phase) && !is_over;
                 }
             }
         }
-        if !(all_may || (forced && least && !held)) {
+        let together = all_may || (forced && least && !held);
+        let again = side == self.side;
+        let alone = if together || again { None } else { self.first_to_cross() };
+        if !together && alone.is_none() {
             return false;
         }
         let first = |ring: usize| {
@@ -477,10 +575,18 @@ impl Rings {
             // In a cabinet a ring without a call and without dual entry stays red.
             found.or(order.last().filter(|_| !self.plan.is_existing)).copied()
         };
-        let changes = [(0, first(0)), (1, first(1))];
-        let again = side == self.side;
+        let nexts = [first(0), first(1)];
+        let goes_on: Vec<usize> = nexts.into_iter().flatten().filter(|_| !again).collect();
         self.side = side;
-        self.change(&changes, !again);
+        match alone {
+            None => self.change(&[(0, nexts[0]), (1, nexts[1])], &goes_on),
+            Some((ring, left_s)) => {
+                let other = 1 - ring;
+                let (next, beside) = (nexts[other], nexts[ring]);
+                self.late = Some(Late { ring: other, left_s, next, beside });
+                self.change(&[(ring, nexts[ring])], &goes_on);
+            }
+        }
         true
     }
 
@@ -506,19 +612,16 @@ impl Rings {
     ///
     /// # Arguments
     ///
-    /// * `hold` — whether links that are green before and after stay green.
-    fn change(&mut self, changes: &[(usize, Option<usize>)], hold: bool) {
-        let next_links = |next: Option<usize>| match next {
-            Some(next) => self.plan.phases[next].links.as_slice(),
-            None => &[],
-        };
+    /// * `goes_on` — the phases whose links stay green if they are.
+    fn change(&mut self, changes: &[(usize, Option<usize>)], goes_on: &[usize]) {
         let mut coming = vec![false; self.links.count()];
-        for (_, next) in changes {
-            next_links(*next).iter().for_each(|link| coming[*link] = true);
+        for next in goes_on {
+            self.plan.phases[*next].links.iter().for_each(|link| coming[*link] = true);
         }
         for (ring, _) in changes {
             if let Stage::Green { phase, for_s, gap_s, .. } = self.stages[*ring] {
-                self.ended.push((phase, self.ending(phase, for_s, gap_s)));
+                let rests = || self.rests(phase, for_s).then_some(Ending::ForceOff);
+                self.ended.push((phase, self.ending(phase, for_s, gap_s).or_else(rests)));
             }
         }
         let mut stages = self.stages.clone();
@@ -530,7 +633,7 @@ impl Rings {
             .collect();
         for (ring, next) in changes {
             let mut held = Vec::new();
-            if hold && let Stage::Green { phase, .. } = self.stages[*ring] {
+            if let Stage::Green { phase, .. } = self.stages[*ring] {
                 let own = &self.plan.phases[phase].links;
                 let stays = |link: &&usize| coming[**link] && self.green[**link];
                 held.extend(own.iter().filter(stays));
