@@ -14,13 +14,8 @@ use super::answers::{is_coordinated, today};
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
 use super::movements;
-<<<<<<< HEAD
 use super::plans::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow};
-use super::plans::left_turns::unprotected;
-=======
-use super::plans::cabinet::{of_plan, phases, seconds};
 use super::plans::left_turns::{no_longer_protected, unprotected};
->>>>>>> 1cadcd752bdecd6eb2f617385dd379c74c1aba9d
 use super::plans::remove_earlier;
 use super::plans::sheets::rings;
 use super::plans::told::{Told, best, renamed};
@@ -275,11 +270,8 @@ fn plan(seen: Seen<'_>, told: &Told) -> Value {
         rings => rings(&told.plan),
         is_stages => told.is_stages,
         unprotected => unprotected(seen, told.point, &told.plan).join(", "),
-<<<<<<< HEAD
         hides_walk => hides_walk(&told.plan),
-=======
         no_longer_protected => no_longer_protected(seen, told.point, &told.plan).join(", "),
->>>>>>> 1cadcd752bdecd6eb2f617385dd379c74c1aba9d
         schedule => schedule(&told.plan),
     }
 }

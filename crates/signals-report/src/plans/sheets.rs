@@ -11,15 +11,9 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
-<<<<<<< HEAD
 use super::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow};
-use super::left_turns::unprotected;
-use super::told::{Told, best_of_all_signals};
-=======
-use super::cabinet::{of_plan, phases, seconds};
 use super::left_turns::{no_longer_protected, unprotected};
-use super::told::{Told, best};
->>>>>>> 1cadcd752bdecd6eb2f617385dd379c74c1aba9d
+use super::told::{Told, best_of_all_signals};
 use crate::shown::Seen;
 use basics::files::{FileError, write_atomically};
 use evaluation::family::names::safe_id;
@@ -178,11 +172,8 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             is_stages => told.is_stages,
             is_coordinated => told.plan.control == Control::Coordinated,
             unprotected => unprotected(seen, point, &told.plan).join(", "),
-<<<<<<< HEAD
             hides_walk => hides_walk(&told.plan),
-=======
             no_longer_protected => no_longer_protected(seen, point, &told.plan).join(", "),
->>>>>>> 1cadcd752bdecd6eb2f617385dd379c74c1aba9d
             is_today => identity.methods[told.method] == signals::control::existing::METHOD.name,
             is_given => !told.plan.ways.is_empty(),
             rings => rings(&told.plan),
