@@ -163,6 +163,7 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             training => (trainings > 1).then(|| format!("training {} of {trainings}", told.replicate + 1)),
             phases => phases(&told.plan),
             is_stages => told.is_stages,
+            numbers => told.numbers.as_deref(),
             unprotected => unprotected(seen, point, &told.plan).join(", "),
             no_longer_protected => no_longer_protected(seen, point, &told.plan).join(", "),
             is_today => identity.methods[told.method] == signals::control::existing::METHOD.name,

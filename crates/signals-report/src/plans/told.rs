@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use super::numbers::as_today;
 use super::task_plan::TaskPlan;
 use crate::shown::Seen;
 use evaluation::analysis::Analysis;
+use signals::control::existing;
 use signals::environment::existing_plan;
 use signals::existing::ExistingPlan;
 use signals::existing::ran::{of_program, of_rings};
@@ -31,6 +33,8 @@ pub(crate) struct Told {
     pub(crate) plan: ExistingPlan,
     /// Whether its phases are stages of a program.
     pub(crate) is_stages: bool,
+    /// What to say of the numbers of its phases beside those of the existing plan.
+    pub(crate) numbers: Option<String>,
 }
 
 /// Returns the plans of all signals of a task; nothing for methods that decide while they run.
@@ -44,19 +48,26 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
         signal: signal.to_owned(),
         plan: with_names_of_the_network(seen, task.point, plan),
         is_stages,
+        numbers: None,
     };
     if let Some(plan) = existing_of(data, task) {
         return vec![told(SIGNAL, plan, false)];
     }
     let names = shown.link_names(task.point);
     let nothing = BTreeMap::new();
+    let row = &data.manifest.identity.points[task.point];
+    let today = existing_plan(row, existing::METHOD.name).ok().flatten();
     let rings = task.rings.iter().filter_map(|signal| {
         let is_stages = signal.kind != ProgramKind::DualRing;
         let plan = match is_stages {
             false => of_rings(signal),
             true => of_program(signal, names.get(&signal.signal).unwrap_or(&nothing))?,
         };
-        Some(told(&signal.signal, plan, is_stages))
+        let mut told = told(&signal.signal, plan, is_stages);
+        if let Some(today) = today.as_ref().filter(|_| !is_stages) {
+            told.numbers = as_today(&mut told.plan, today);
+        }
+        Some(told)
     });
     let programs = task.programs().iter().filter(|_| task.is_whole()).filter_map(|program| {
         let mut plan = of_program(program, names.get(&program.signal).unwrap_or(&nothing))?;
