@@ -13,6 +13,7 @@ mod described;
 pub mod episode;
 mod files;
 pub(super) mod left_turns;
+mod numbers;
 mod program_xml;
 mod read;
 pub(super) mod sheets;

@@ -171,6 +171,7 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             signal => (!told.is_alone).then_some(told.signal.as_str()),
             is_stages => told.is_stages,
             is_coordinated => told.plan.control == Control::Coordinated,
+            numbers => told.numbers.as_deref(),
             unprotected => unprotected(seen, point, &told.plan).join(", "),
             hides_walk => hides_walk(&told.plan),
             no_longer_protected => no_longer_protected(seen, point, &told.plan).join(", "),

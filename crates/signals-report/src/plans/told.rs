@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use super::numbers::as_today;
 use super::task_plan::TaskPlan;
 use crate::shown::Seen;
 use evaluation::analysis::Analysis;
+use signals::control::existing;
 use signals::environment::existing_plan;
 use signals::existing::ExistingPlan;
 use signals::existing::ran::{of_program, of_rings};
@@ -33,6 +35,8 @@ pub(crate) struct Told {
     pub(crate) is_stages: bool,
     /// Whether its signal is the only one of the task.
     pub(crate) is_alone: bool,
+    /// What to say of the numbers of its phases beside those of the existing plan.
+    pub(crate) numbers: Option<String>,
 }
 
 /// Returns the plans of all signals of a task; nothing for methods that decide while they run.
@@ -47,6 +51,7 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
         plan: with_names_of_the_network(seen, task.point, plan),
         is_stages,
         is_alone: true,
+        numbers: None,
     };
     if let Some(plan) = existing_of(data, task) {
         return vec![told(SIGNAL, plan, false)];
@@ -58,13 +63,19 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
             false => program.links.iter().cloned().enumerate().collect(),
         }
     };
+    let row = &data.manifest.identity.points[task.point];
+    let today = existing_plan(row, existing::METHOD.name).ok().flatten();
     let rings = task.rings.iter().filter_map(|signal| {
         let is_stages = signal.kind != ProgramKind::DualRing;
         let plan = match is_stages {
             false => of_rings(signal),
             true => of_program(signal, &names(signal))?,
         };
-        Some(told(&signal.signal, plan, is_stages))
+        let mut told = told(&signal.signal, plan, is_stages);
+        if let Some(today) = today.as_ref().filter(|_| !is_stages) {
+            told.numbers = as_today(&mut told.plan, today);
+        }
+        Some(told)
     });
     let programs = task.programs().iter().filter(|_| task.is_whole()).filter_map(|program| {
         let mut plan = of_program(program, &names(program))?;
