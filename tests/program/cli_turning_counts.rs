@@ -221,8 +221,9 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
     // The phases of the dual ring and the stages of fixed time have the movements of the street.
     let sheet = fs::read_to_string(folder.path().join("r/report/cabinet.csv")).unwrap();
     for row in [
-        "i0001,nema,0,c,phase,actuated,,0,,0,1,1,1,1,EBL,,",
-        "i0002,nema,0,c,phase,actuated,,0,,0,6,2,1,2,EBT EBR,,",
+        // Numbers are those of the existing plans, in which 2 is eastbound.
+        "i0001,nema,0,c,phase,actuated,,0,,0,1,1,1,1,WBL,,",
+        "i0002,nema,0,c,phase,actuated,,0,,0,2,1,1,2,EBT EBR,,",
         ",fixed-time,0,c,stage,pretimed,",
         "i0001,existing,0,c,phase,coordinated,100,0,2 6,0,2,1,1,2,EBT,EBL EBR,15,34,39.5,3,4.3,1.2,7,14,max,",
         "i0002,existing,0,c,phase,coordinated,100,32,2 6,0,8,2,2,2,NBL,NBR,8,27.6,32,3,3.3,1.1,7,18,none,",
