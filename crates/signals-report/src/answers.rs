@@ -3,13 +3,13 @@
 use super::demand::{self, HOUR_S};
 use super::level_of_service::{DELAY, LEVELS, THRESHOLDS_S, letter};
 use super::measures::AT_F;
+use super::plans::told::given_plan;
 use evaluation::analysis::{Analysis, PointSummary, Reference};
 use evaluation::report::format;
 use evaluation::sample::Measure;
 use evaluation::stats::score::weighted_mean;
 use evaluation::store::manifest::PointRow;
 use signals::control::{existing, program};
-use signals::environment::existing_plan;
 use signals::existing::Control;
 use signals::network_files::GENERATED;
 
@@ -77,8 +77,7 @@ pub(super) fn gain(data: &Analysis) -> Option<String> {
 
 /// Whether a method runs a coordinated plan on a point MDP that is simulated without its street.
 pub(super) fn is_coordinated(point: &PointRow, method: &str) -> bool {
-    let plan = existing_plan(point, method).ok().flatten();
-    plan.is_some_and(|plan| plan.control == Control::Coordinated)
+    given_plan(point, method).is_some_and(|plan| plan.control == Control::Coordinated)
 }
 
 /// Says where what is done today is a coordinated plan, which loses its progression in a simulation of one intersection;

@@ -8,12 +8,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::shown::Seen;
 use signals::control::existing;
-use signals::environment::existing_plan;
 use signals::existing::ExistingPlan;
 use signals::network::left_turns::{PROTECTED_LANES, PROTECTED_OPPOSING_LANES};
 use signals::places::{DrawnArm, DrawnIntersection};
 
-use super::told::renamed;
+use super::told::{given_plan, renamed};
 
 /// How far from straight ahead an opposing arm may lie, degrees.
 const OPPOSITE_DEG: f64 = 45.0;
@@ -44,7 +43,7 @@ pub(crate) fn no_longer_protected(
     plan: &ExistingPlan,
 ) -> Vec<String> {
     let row = &seen.data.manifest.identity.points[point];
-    let today = existing_plan(row, existing::METHOD.name).ok().flatten();
+    let today = given_plan(row, existing::METHOD.name);
     match (today, seen.shown.drawing(&row.point)) {
         (Some(today), Some(drawn)) => lost(&today, plan, crossing(drawn)),
         _ => Vec::new(),

@@ -6,6 +6,7 @@ use super::numbers::as_today;
 use super::task_plan::TaskPlan;
 use crate::shown::Seen;
 use evaluation::analysis::Analysis;
+use evaluation::store::manifest::PointRow;
 use signals::control::existing;
 use signals::environment::existing_plan;
 use signals::existing::ExistingPlan;
@@ -64,7 +65,7 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
         }
     };
     let row = &data.manifest.identity.points[task.point];
-    let today = existing_plan(row, existing::METHOD.name).ok().flatten();
+    let today = given_plan(row, existing::METHOD.name);
     let rings = task.rings.iter().filter_map(|signal| {
         let is_stages = signal.kind != ProgramKind::DualRing;
         let plan = match is_stages {
@@ -116,10 +117,16 @@ pub(crate) fn best_of_all_signals(seen: Seen<'_>) -> Vec<Told> {
     best.into_values().flat_map(|(_, of_task)| of_task).collect()
 }
 
+/// Returns the plan that a method runs on a point MDP, where it was given; `None` also where the manifest has something else
+/// in its place.
+pub(crate) fn given_plan(point: &PointRow, method: &str) -> Option<ExistingPlan> {
+    existing_plan(point, method).ok().flatten()
+}
+
 /// Returns the plan that a task of a method with given plans ran, as it was given.
 fn existing_of(data: &Analysis, task: &TaskPlan) -> Option<ExistingPlan> {
     let identity = &data.manifest.identity;
-    existing_plan(&identity.points[task.point], &identity.methods[task.method]).ok().flatten()
+    given_plan(&identity.points[task.point], &identity.methods[task.method])
 }
 
 /// Returns what movements of an intersection are called in plans, by the name that they have in results: as the plan that was
@@ -130,7 +137,7 @@ pub(crate) fn renamed(seen: Seen<'_>, point: usize) -> BTreeMap<String, String> 
     let Some(results) = shown.movements.iter().find(|task| task.point == point) else {
         return BTreeMap::new();
     };
-    let given = |method: &String| existing_plan(&identity.points[point], method).ok().flatten();
+    let given = |method: &String| given_plan(&identity.points[point], method);
     let existing = identity.methods.iter().find_map(given);
     let drawn = shown.drawing(&identity.points[point].point);
     let name = |m: &MovementResult| {
