@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::folder::ESTIMATE;
 use super::output::{Counted, line, note};
-use super::recorded::{read, warn_of_settings};
+use super::recorded::{read, settings_of, warn_of_settings};
 use super::target::Target;
 use super::until::UntilArgs;
 use super::values::{MOST_REPEATS, from_one_to, parse_seed};
@@ -80,7 +80,8 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
         }
         let (other, known) = read(dir)?;
         if !args.quiet {
-            warn_of_settings(dir, &known, &analysis.manifest.identity.settings);
+            let (there, here) = (settings_of(&other, &known), &analysis.manifest.identity.settings);
+            warn_of_settings(&dir.display().to_string(), &there, here);
         }
         recorded.assisted_by(
             &other,

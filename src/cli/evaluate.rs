@@ -130,7 +130,10 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
     let problem = problem(args, &controllers, &names)?;
     let seeds = args.eval_seeds.get();
     let choice = match args.budget.and_then(|budget| budget.0) {
-        Some(budget) => Choice::Budget { budget, sampling: Sampling::DEFAULT, design: None },
+        Some(budget) => {
+            let sampling = Sampling::DEFAULT;
+            Choice::Budget { budget, sampling, design: None, assisting: None }
+        }
         None => Choice::All,
     };
     let request = Request {

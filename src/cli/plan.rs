@@ -7,7 +7,7 @@ use std::thread::available_parallelism;
 use super::folder::check_file;
 use super::forecast::{Forecast, Job, range};
 use super::output::{line, note};
-use super::recorded::{design, read, warn_of_settings};
+use super::recorded::{design, read, settings_of, warn_of_settings};
 use super::scenario::ScenarioArg;
 use super::subject::Subject;
 use super::values::{at_least_one_worker, parse_seed};
@@ -88,10 +88,11 @@ pub(super) fn run(args: &PlanArgs) -> anyhow::Result<u8> {
     let subject = Subject::plain(&args.scenario)?;
     let known = args.assist.as_ref().map(|dir| -> anyhow::Result<_> {
         let (known, analysis) = read(dir)?;
-        warn_of_settings(dir, &analysis, &subject.problem().settings());
-        Ok(known)
+        let there = settings_of(&known, &analysis);
+        warn_of_settings(&dir.display().to_string(), &there, &subject.problem().settings());
+        Ok((known, there))
     });
-    let known = known.transpose()?;
+    let (known, assisting) = known.transpose()?.unzip();
     let family = subject.problem().family();
     let sampling = match args.assist {
         Some(_) => assisted(args.sampling, family.points.len())?,
@@ -101,7 +102,7 @@ pub(super) fn run(args: &PlanArgs) -> anyhow::Result<u8> {
     let maker = Maker { args, subject: &subject, family, design, sampling };
     let budget = maker.budget(known.as_ref())?;
     let (sample, design) = maker.sample(budget)?;
-    let mut plan = PlanFile::new(&family.name, sample, design);
+    let mut plan = PlanFile { assisting, ..PlanFile::new(&family.name, sample, design) };
     if let Some(known) = &known {
         plan.expected = maker.expected(known, budget, REPEATS)?;
     }
@@ -129,7 +130,7 @@ struct Maker<'a> {
 impl Maker<'_> {
     fn sample(&self, budget: usize) -> anyhow::Result<(SamplePlan, Option<Design>)> {
         let (sampling, design) = (self.sampling, Some(self.design.clone()));
-        let choice = Choice::Budget { budget, sampling, design };
+        let choice = Choice::Budget { budget, sampling, design, assisting: None };
         Ok(choice.sample(self.family, self.args.seed)?)
     }
 

@@ -22,7 +22,7 @@ use super::interrupt::interrupted;
 use super::json::merge;
 use super::local_run::LocalRun;
 use super::output::{Counted, line, note};
-use super::recorded::{design, read, warn_of_settings};
+use super::recorded::{design, read, settings_of, warn_of_settings};
 use super::subject::Subject;
 use crate::analysis::check_name;
 use crate::cli::exit;
@@ -214,11 +214,7 @@ fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::R
     let family = subject.problem().family();
     let size = family.points.len();
     if let Some(path) = &args.plan {
-        let text = files::read_text(path, limits::DOCUMENT)?;
-        let named = |e: PlanError| Refused(format!("{}: {e}", path.display()));
-        let plan = PlanFile::parse(&text).map_err(named)?;
-        plan.check(family).map_err(named)?;
-        return Ok(Choice::Plan(plan));
+        return planned(args, subject, path);
     }
     let budget = args.budget.and_then(|budget| budget.0);
     if let Some(dir) = &args.assist {
@@ -227,27 +223,44 @@ fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::R
             return Err(Refused(reason.to_owned()).into());
         };
         let (known, analysis) = read(dir)?;
+        let there = settings_of(&known, &analysis);
         if !args.quiet {
-            warn_of_settings(dir, &analysis, &subject.problem().settings());
+            let here = subject.problem().settings();
+            warn_of_settings(&dir.display().to_string(), &there, &here);
         }
         let sampling = assisted(args.sampling, size)?;
-        let design = design(family, sampling, Some((&known, dir)))?;
-        return Ok(Choice::Budget { budget, sampling, design: Some(design) });
+        let design = Some(design(family, sampling, Some((&known, dir)))?);
+        return Ok(Choice::Budget { budget, sampling, design, assisting: Some(there) });
     }
-    if args.budget.is_none()
-        && args.sampling.is_none()
-        && let Some(begun) = begun
-    {
-        return begun.choice();
+    if let Some(begun) = begun.filter(|_| args.sampling.is_none()) {
+        match (args.budget, budget) {
+            (None, _) => return begun.choice(),
+            (_, Some(budget)) => return begun.with_budget(budget, family),
+            // The whole family has no sampling.
+            (Some(_), None) => {}
+        }
     }
     // A sample that grows may grow to the whole family.
     Ok(match budget.or(args.until.flag().map(|_| size)) {
         Some(budget) => {
             let sampling = args.sampling.unwrap_or(Sampling::DEFAULT);
-            Choice::Budget { budget, sampling, design: None }
+            Choice::Budget { budget, sampling, design: None, assisting: None }
         }
         None => Choice::All,
     })
+}
+
+/// Returns the sample of a plan file.
+fn planned(args: &RunArgs, subject: &Subject, path: &Path) -> anyhow::Result<Choice> {
+    let text = files::read_text(path, limits::DOCUMENT)?;
+    let named = |e: PlanError| Refused(format!("{}: {e}", path.display()));
+    let plan = PlanFile::parse(&text).map_err(named)?;
+    plan.check(subject.problem().family()).map_err(named)?;
+    if let Some(there) = plan.assisting.as_ref().filter(|_| !args.quiet) {
+        let what = format!("what assists {}", path.display());
+        warn_of_settings(&what, there, &subject.problem().settings());
+    }
+    Ok(Choice::Plan(plan))
 }
 
 /// Returns the methods by name; `all` stands for every one that can run, none for the domain's default and what signals do

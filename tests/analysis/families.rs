@@ -74,6 +74,7 @@ impl MadeUp<'_> {
                 networks: String::new(),
                 warnings: vec![],
                 memory_per_worker_mb: None,
+                assisting: None,
             },
         }
     }

@@ -81,6 +81,7 @@ pub(crate) fn manifest(methods: &[&str]) -> Manifest {
             networks: "networks/smoke".into(),
             warnings: vec![],
             memory_per_worker_mb: None,
+            assisting: None,
         },
     }
 }

@@ -235,6 +235,30 @@ fn a_sample_says_what_it_misses_of_congestion_and_features() {
 }
 
 #[test]
+fn a_baseline_with_other_settings_does_not_say_how_many_of_the_family_are_oversaturated() {
+    let said = |assisting: serde_json::Value| {
+        let dir = tempfile::tempdir().unwrap();
+        let (mut manifest, design) = (sample(), design(Some([21.0, 93.0, 120.0, 400.0])));
+        manifest.identity.sample.design = design.sha256();
+        manifest.provenance.assisting = Some(assisting);
+        let layout = Layout::new(dir.path());
+        fs::write(layout.design(), design.to_json()).unwrap();
+        let page = first_page(dir.path(), &manifest);
+        (page, report::text::notes(&reported(&layout)).join("\n"))
+    };
+    let other = "were computed with other settings (preset = \"resco\" there, \"field\" here)";
+    let (page, notes) = said(serde_json::json!({"preset": "resco"}));
+    assert!(page.contains("how many the family has is not known"), "{page}");
+    assert!(notes.contains(other), "{notes}");
+    // Settings of another method change no delay of the baseline.
+    let (page, notes) = said(serde_json::json!({"actuated": {"max_green_s": 1}}));
+    assert!(page.contains("in the family 3 of 4"), "{page}");
+    assert!(notes.contains("(actuated.max_green_s = 1 there, nothing here)"), "{notes}");
+    let (_, notes) = said(serde_json::json!({"preset": "field"}));
+    assert!(!notes.contains("other settings"), "{notes}");
+}
+
+#[test]
 fn a_sample_without_a_list_of_its_family_says_that_it_does_not_know() {
     let dir = tempfile::tempdir().unwrap();
     let mut manifest = sample();

@@ -92,6 +92,10 @@ fn a_sample_grows_where_it_contains_the_one_that_is_there() {
     done(&format!("{balanced} --budget 3"), dir.path());
     let (code, said) = refused(&format!("{balanced} --budget 5"), dir.path());
     assert_eq!(code, Some(5));
+    // The sampling is that of the folder, where another budget is all that is asked for.
+    let alone = format!("{PPO} --methods ppo --eval-seeds 2 --budget 6 --out added");
+    let said = done(&alone, dir.path());
+    assert!(said.contains("added: 1 tasks are added to 5; 5 records stay"), "{said}");
     assert!(said.contains("does not contain all 3 of the one there"), "{said}");
     assert_eq!(records(&dir.path().join("balanced")).len(), 3);
 }
@@ -101,6 +105,28 @@ fn a_method_is_computed_again_where_that_is_asked_for() {
     let dir = tempfile::tempdir().unwrap();
     let both = format!("{PPO} {DQN}");
     done(&format!("{both} --methods ppo,dqn --budget 2 --eval-seeds 2 --out r"), dir.path());
+#[test]
+fn other_settings_of_what_assists_a_plan_are_said_by_the_run_and_its_report() {
+    let dir = tempfile::tempdir().unwrap();
+    let plan = Command::new(env!("CARGO_BIN_EXE_tsc-family"))
+        .args(["plan", "cartpole", "--budget", "2", "--out", "p.json"])
+        .current_dir(dir.path())
+        .status();
+    assert!(plan.unwrap().success());
+    let path = dir.path().join("p.json");
+    let text = fs::read_to_string(&path).unwrap();
+    let assisted = "{\n  \"assisting\": {\"demand\": {\"x\": 1}},\n";
+    fs::write(&path, text.replacen("{\n", assisted, 1)).unwrap();
+    let said =
+        done(&format!("{PPO} --methods ppo --eval-seeds 2 --plan p.json --out r"), dir.path());
+    let differs = "computed with other settings (demand.x = 1 there, nothing here)";
+    assert!(said.contains(&format!("warning: what assists p.json was {differs}")), "{said}");
+    assert!(said.contains(&format!("assist the sample were {differs}")), "{said}");
+    // The folder keeps it.
+    let said = done(&format!("{PPO} {DQN} --methods dqn --out r"), dir.path());
+    assert!(said.contains(&format!("assist the sample were {differs}")), "{said}");
+}
+
     let before = records(&dir.path().join("r"));
     let said = done(&format!("{both} --replace dqn --out r"), dir.path());
     assert!(said.contains("r: computed again: dqn; 2 records stay"), "{said}");

@@ -8,7 +8,9 @@ use evaluation::analysis::{Analysis, PointSummary, Reference};
 use evaluation::report::format;
 use evaluation::sample::Measure;
 use evaluation::stats::score::weighted_mean;
+use evaluation::store::assisting;
 use evaluation::store::manifest::PointRow;
+use signals::control::registry::METHODS;
 use signals::control::{existing, program};
 use signals::existing::Control;
 use signals::network_files::GENERATED;
@@ -131,7 +133,7 @@ pub(super) fn misses(data: &Analysis) -> Option<String> {
         format::percent(share)
     );
     let of_family = || {
-        let design = data.design.as_ref()?;
+        let design = data.design.as_ref().filter(|_| !has_other_baseline(data))?;
         let delays = design.input(&identity.baseline, Measure::Objective)?;
         let at_f = |delay_s: &&f64| letter(**delay_s) == LEVELS[AT_LAST];
         let importance = design.points.iter().map(|p| p.importance);
@@ -150,6 +152,17 @@ pub(super) fn misses(data: &Analysis) -> Option<String> {
             }
         ),
     })
+}
+
+/// Whether the results that assist the sample are known to have settings under which the baseline has other delays.
+fn has_other_baseline(data: &Analysis) -> bool {
+    let identity = &data.manifest.identity;
+    let Some(there) = &data.manifest.provenance.assisting else { return false };
+    let is_of_another = |key: &str| {
+        let section = assisting::section(key);
+        METHODS.iter().any(|m| m.section() == section && m.name != identity.baseline)
+    };
+    assisting::differing(there, &identity.settings).iter().any(|key| !is_of_another(key))
 }
 
 /// Position of F among the levels.

@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
+use serde_json::Value;
+
 use crate::cli::refused::Refused;
 use crate::cli::subject::Subject;
+use crate::family::MdpFamily;
 use crate::files::{self, limits};
 use crate::sample::plan_file::PlanFile;
-use crate::sample::{Choice, Design, Sampling};
+use crate::sample::{Choice, Design, SamplePlan, Sampling, choose_over};
 use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::{Identity, Manifest};
@@ -16,6 +19,8 @@ use super::RunArgs;
 /// A run that is there, of the scenario that is asked for.
 pub(super) struct Begun {
     layout: Layout,
+    /// What is kept of the settings of the run whose scores assist its sample.
+    assisting: Option<Value>,
     pub(super) identity: Identity,
 }
 
@@ -34,7 +39,7 @@ impl Begun {
             read = Manifest::read(&layout);
         }
         // Whatever else is wrong with it is said where the run is opened.
-        let Ok(Manifest { identity, .. }) = read else { return Ok(None) };
+        let Ok(Manifest { identity, provenance }) = read else { return Ok(None) };
         let is_other = identity.domain != subject.domain().name()
             || identity.scenario != subject.problem().family().name;
         if is_other || identity.sample.growth.is_some() || args.until.flag().is_some() {
@@ -49,7 +54,7 @@ impl Begun {
             );
             return Err(Refused(reason).into());
         }
-        Ok(Some(Self { layout, identity }))
+        Ok(Some(Self { layout, assisting: provenance.assisting, identity }))
     }
 
     /// Returns its methods, and after them those that are asked for besides.
@@ -69,6 +74,24 @@ impl Begun {
         let bytes = files::if_present(files::read(&self.layout.design(), limits::DOCUMENT))?;
         // One that is damaged is named where the run is opened.
         let design: Option<Design> = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok());
-        Ok(Choice::Plan(PlanFile::new(scenario, sample.clone(), design)))
+        let plan = PlanFile::new(scenario, sample.clone(), design);
+        Ok(Choice::Plan(PlanFile { assisting: self.assisting.clone(), ..plan }))
+    }
+
+    /// Returns a sample of another size, drawn as the one that it has and over the same design.
+    pub(super) fn with_budget(&self, budget: usize, family: &MdpFamily) -> anyhow::Result<Choice> {
+        let plan = match self.choice()? {
+            Choice::Plan(plan) if plan.check(family).is_ok() => plan,
+            // What is there is a whole family, or of another one, which is said where the run is opened.
+            _ => {
+                let sampling = Sampling::DEFAULT;
+                return Ok(Choice::Budget { budget, sampling, design: None, assisting: None });
+            }
+        };
+        let design = plan.design.clone().unwrap_or_else(|| Design::of(family));
+        let SamplePlan { sampling, seed, .. } = plan.sample;
+        let sample = choose_over(family, &design, sampling, budget, seed);
+        let sample = sample.map_err(|e| Refused(e.to_string()))?;
+        Ok(Choice::Plan(PlanFile { sample, ..plan }))
     }
 }

@@ -429,7 +429,15 @@ fn provenance(sources: &[Source]) -> Provenance {
         networks: String::new(),
         warnings: warnings.collect(),
         memory_per_worker_mb: None,
+        assisting: of_assisting(sources),
     }
+}
+
+/// Returns what is kept of the settings of the run that assists, where all samples are assisted by the same.
+fn of_assisting(sources: &[Source]) -> Option<serde_json::Value> {
+    let mut kept = sources.iter().map(|s| &s.results.manifest.provenance.assisting);
+    let first = kept.next()?;
+    kept.all(|other| other == first).then(|| first.clone()).flatten()
 }
 
 /// Returns a value that all runs share, or else each value with the runs that have it.

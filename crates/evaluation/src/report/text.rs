@@ -6,6 +6,7 @@ use super::plain_table::Cells;
 use super::whole::Report;
 use super::{decisive_points, format, policies, summaries};
 use crate::analysis::{LearnerSummary, MethodSummary};
+use crate::store::assisting;
 use crate::store::dropped::Dropped;
 
 /// Returns the ranking of the methods, best first, below it further summaries, and, where some are not
@@ -224,11 +225,22 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
         ));
     }
     notes.extend(luck(data));
+    notes.extend(assisted_otherwise(data));
     notes.extend(data.methods.iter().filter_map(untuned));
     notes
 }
 
 /// Says on how many point MDPs tuning did not improve on what it started from; `None` where it did everywhere.
+/// Says where what assists the sample was computed with other settings; `None` where it was not, or that is not known.
+fn assisted_otherwise(data: &Report) -> Option<String> {
+    let there = data.manifest.provenance.assisting.as_ref()?;
+    let named = assisting::differences(there, &data.manifest.identity.settings)?;
+    Some(format!(
+        "The results that assist the sample were computed with other settings ({named}). They help less than results \
+         with the same settings would."
+    ))
+}
+
 fn untuned(m: &MethodSummary) -> Option<String> {
     let tuning = m.tuning.filter(|tuning| tuning.kept > 0)?;
     let (kept, points) = (tuning.kept, format::count(tuning.points, "point MDP"));

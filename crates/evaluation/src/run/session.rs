@@ -66,6 +66,7 @@ pub fn open<'a>(
     let started = provenance.started.clone();
     provenance.warnings = request.problem.warnings();
     let (manifest, tasks) = complete(request, draft, prepared, provenance)?;
+    provenance.assisting = request.choice.assisting().cloned();
     let layout = Layout::new(out);
     layout.make()?;
     let lock = lock(&layout, started)?;
@@ -274,3 +275,4 @@ fn provenance(prepared: &str, memory_per_worker_mb: Option<u64>) -> Provenance {
         memory_per_worker_mb,
     }
 }
+        assisting: None,

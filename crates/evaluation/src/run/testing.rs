@@ -251,5 +251,6 @@ pub(super) fn nowhere() -> Provenance {
         networks: String::new(),
         warnings: Vec::new(),
         memory_per_worker_mb: None,
+        assisting: None,
     }
 }

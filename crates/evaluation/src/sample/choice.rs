@@ -1,5 +1,7 @@
 //! What a run is asked to evaluate: the one way from there to a sample.
 
+use serde_json::Value;
+
 use super::plan_file::{PlanError, PlanFile};
 use super::{Design, SampleError, SamplePlan, Sampling, choose_over};
 use crate::family::MdpFamily;
@@ -18,6 +20,8 @@ pub enum Choice {
         /// What they are spread over, as [`Design::for_sampling`] returns it: features and scores that are known of
         /// other methods. `None` takes the features alone.
         design: Option<Design>,
+        /// What is kept of the settings of the run whose scores those are; `None` where there is none.
+        assisting: Option<Value>,
     },
     /// A sample that was chosen before.
     Plan(PlanFile),
@@ -47,7 +51,7 @@ impl Choice {
     ) -> Result<(SamplePlan, Option<Design>), ChoiceError> {
         let (budget, sampling, design) = match self {
             Self::All => (family.points.len(), Sampling::All, &None),
-            Self::Budget { budget, sampling, design } => (*budget, *sampling, design),
+            Self::Budget { budget, sampling, design, .. } => (*budget, *sampling, design),
             Self::Plan(plan) => {
                 plan.check(family)?;
                 return Ok((plan.sample.clone(), plan.design.clone()));
@@ -56,5 +60,15 @@ impl Choice {
         let design = design.clone().unwrap_or_else(|| Design::of(family).for_sampling(sampling));
         let sample = choose_over(family, &design, sampling, budget, seed)?;
         Ok((sample, sampling.has_design().then_some(design)))
+    }
+
+    /// Returns what is kept of the settings of the run whose scores assist the sample; `None` where no run does, or
+    /// nothing is known of them.
+    pub fn assisting(&self) -> Option<&Value> {
+        match self {
+            Self::All => None,
+            Self::Budget { assisting, .. } => assisting.as_ref(),
+            Self::Plan(plan) => plan.assisting.as_ref(),
+        }
     }
 }

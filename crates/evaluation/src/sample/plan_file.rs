@@ -1,6 +1,7 @@
 //! A sample as a file that others can reuse: which point MDPs, with which weights, over what they were spread.
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::{Design, SamplePlan, Sampling};
 use crate::family::MdpFamily;
@@ -26,6 +27,10 @@ pub struct PlanFile {
     /// What a sample was spread over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design: Option<Design>,
+    /// What is kept of the settings of the run whose scores assist it; left out where no run does, and in files from
+    /// before it was kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub assisting: Option<Value>,
     /// What to expect of it, by method that stands in for those to come; empty where that is not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub expected: Vec<Expected>,
@@ -79,7 +84,8 @@ impl PlanFile {
     /// Returns the plan of a sample.
     pub fn new(scenario: &str, sample: SamplePlan, design: Option<Design>) -> Self {
         let scenario = scenario.to_owned();
-        Self { tsc_family_plan: VERSION, scenario, sample, design, expected: Vec::new() }
+        let (assisting, expected) = (None, Vec::new());
+        Self { tsc_family_plan: VERSION, scenario, sample, design, assisting, expected }
     }
 
     /// Reads a plan.
@@ -89,7 +95,7 @@ impl PlanFile {
     /// [`PlanError::Malformed`], [`PlanError::Version`].
     pub fn parse(text: &str) -> Result<Self, PlanError> {
         let malformed = |e: serde_json::Error| PlanError::Malformed(e.to_string());
-        let value: serde_json::Value = serde_json::from_str(text).map_err(malformed)?;
+        let value: Value = serde_json::from_str(text).map_err(malformed)?;
         match value["tsc_family_plan"].as_u64() {
             Some(version) if version == u64::from(VERSION) => {}
             Some(found) => {
@@ -125,6 +131,12 @@ impl PlanFile {
         if self.sample.growth.is_some() {
             return altered("whether it grows is said when it is run".to_owned());
         }
+        if !has_its_size(&self.sample, family) {
+            let (budget, sampling) = (self.sample.budget, self.sample.sampling.name());
+            return altered(format!(
+                "its draws are not those of a {sampling} sample with a budget of {budget}"
+            ));
+        }
         let mut total = 0.0;
         for draw in &self.sample.draws {
             if family.position(&draw.point).is_none() {
@@ -154,12 +166,30 @@ impl PlanFile {
         }
         match (&self.design, self.sample.sampling.has_design()) {
             (Some(design), true) => check_design(self, design, family),
-            (None, false) => Ok(()),
+            (None, false) if self.sample.design.is_empty() => Ok(()),
             _ => altered(
                 "a design belongs to a balanced sample or one by Bayesian quadrature, and to no other"
                     .to_owned(),
             ),
         }
+    }
+}
+
+/// Whether a sample has the numbers of draws that its sampling makes of its budget.
+fn has_its_size(sample: &SamplePlan, family: &MdpFamily) -> bool {
+    let (draws, budget) = (sample.draws.len(), sample.budget);
+    let counted: u64 = sample.draws.iter().map(|d| u64::from(d.count)).sum();
+    let is_once = counted == draws as u64;
+    // A point MDP without importance is never drawn at random.
+    let possible = || family.points.iter().filter(|p| p.importance > 0.0).count();
+    match sample.sampling {
+        Sampling::All => is_once && draws == budget && budget == sample.family_size,
+        Sampling::BayesianQuadrature => is_once && draws == budget,
+        Sampling::Balanced | Sampling::WithoutReplacement => {
+            is_once && draws == budget.min(possible())
+        }
+        Sampling::KMeans => draws == budget && counted == sample.family_size as u64,
+        Sampling::WithReplacement => counted == budget as u64,
     }
 }
 
@@ -169,8 +199,16 @@ fn check_design(plan: &PlanFile, design: &Design, family: &MdpFamily) -> Result<
             "its design is not the one the sample was drawn over".into(),
         ));
     }
-    if plan.sample.sampling == Sampling::BayesianQuadrature && Quadrature::of(design).is_none() {
+    let is_by_quadrature = plan.sample.sampling == Sampling::BayesianQuadrature;
+    if is_by_quadrature && Quadrature::of(design).is_none() {
         return Err(PlanError::Altered("its process is not that of its design".into()));
+    }
+    // Only samples by Bayesian quadrature rest on a process.
+    if !is_by_quadrature && design.process.is_some() {
+        return Err(PlanError::Altered("its sampling is not that of its design".into()));
+    }
+    if design.points.len() != family.points.len() {
+        return Err(PlanError::Altered("its design lacks point MDPs of its family".into()));
     }
     for (own, point) in design.points.iter().zip(&family.points) {
         if own.point != point.id || (own.importance - point.importance).abs() > TOLERANCE {
@@ -230,8 +268,34 @@ mod tests {
         refused(&|p| p.sample.draws[0].inclusion = Some(2.0));
         refused(&|p| p.sample.draws[0] = p.sample.draws[1].clone());
         refused(&|p| p.sample.draws.clear());
+        refused(&|p| p.sample.budget = 5);
+        refused(&|p| p.sample.draws[0].count = 2);
         refused(&|p| p.design = None);
         refused(&|p| p.design.as_mut().unwrap().points[3].describing[0] = 9.0);
+    }
+
+    #[test]
+    fn every_sampling_fits_its_own_name_and_no_other() {
+        let family = city();
+        let all = [
+            Sampling::Balanced,
+            Sampling::BayesianQuadrature,
+            Sampling::KMeans,
+            Sampling::WithReplacement,
+            Sampling::WithoutReplacement,
+        ];
+        for (sampling, budget) in all.into_iter().flat_map(|s| [(s, 12), (s, 1), (s, 164)]) {
+            let sample = choose(&family, sampling, budget, 1).unwrap();
+            let design = sampling.has_design().then(|| Design::of(&family).for_sampling(sampling));
+            let plan = PlanFile::new(&family.name, sample, design);
+            assert_eq!(plan.check(&family), Ok(()), "{} of {budget}", sampling.name());
+            for other in all.into_iter().filter(|o| o.has_design() && *o != sampling) {
+                let mut altered = plan.clone();
+                altered.sample.sampling = other;
+                let e = altered.check(&family);
+                assert!(matches!(e, Err(PlanError::Altered(_))), "{e:?}");
+            }
+        }
     }
 
     #[test]

@@ -177,6 +177,10 @@ pub struct Provenance {
     /// Memory that a worker may use, MB; `None` where nothing limits it, and in manifests that are older than this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub memory_per_worker_mb: Option<u64>,
+    /// What is kept of the settings of the run whose scores assist the sample, from [`super::assisting::kept`]; `None` where
+    /// no run assists, and in manifests that are older than this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub assisting: Option<serde_json::Value>,
 }
 
 /// `manifest.json`.

@@ -17,6 +17,7 @@
 //!
 //! KKK is K / 1000. The truth is `done/`; everything else follows from it and the manifest.
 
+pub mod assisting;
 pub mod audit;
 pub mod builds;
 mod commit;
