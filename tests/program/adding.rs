@@ -85,26 +85,26 @@ fn a_sample_grows_where_it_contains_the_one_that_is_there() {
     done(&format!("{quadrature} --budget 3 --out added"), dir.path());
     let said = done(&format!("{quadrature} --budget 5 --out added"), dir.path());
     assert!(said.contains("added: 2 tasks are added to 3; 3 records stay"), "{said}");
-    done(&format!("{quadrature} --budget 5 --out once"), dir.path());
+    assert!(
+        said.contains("The sample grew from 3 to 5 point MDPs after results were seen"),
+        "{said}"
+    );
+    let said = done(&format!("{quadrature} --budget 5 --out once"), dir.path());
+    assert!(!said.contains("The sample grew"), "{said}");
     assert_same(dir.path(), "added", "once");
+    // The sampling is that of the folder, where another budget is all that is asked for.
+    let alone = format!("{PPO} --methods ppo --eval-seeds 2 --budget 6 --out added");
+    let said = done(&alone, dir.path());
+    assert!(said.contains("added: 1 tasks are added to 5; 5 records stay"), "{said}");
 
     let balanced = format!("{PPO} --methods ppo --eval-seeds 2 --out balanced");
     done(&format!("{balanced} --budget 3"), dir.path());
     let (code, said) = refused(&format!("{balanced} --budget 5"), dir.path());
     assert_eq!(code, Some(5));
-    // The sampling is that of the folder, where another budget is all that is asked for.
-    let alone = format!("{PPO} --methods ppo --eval-seeds 2 --budget 6 --out added");
-    let said = done(&alone, dir.path());
-    assert!(said.contains("added: 1 tasks are added to 5; 5 records stay"), "{said}");
     assert!(said.contains("does not contain all 3 of the one there"), "{said}");
     assert_eq!(records(&dir.path().join("balanced")).len(), 3);
 }
 
-#[test]
-fn a_method_is_computed_again_where_that_is_asked_for() {
-    let dir = tempfile::tempdir().unwrap();
-    let both = format!("{PPO} {DQN}");
-    done(&format!("{both} --methods ppo,dqn --budget 2 --eval-seeds 2 --out r"), dir.path());
 #[test]
 fn other_settings_of_what_assists_a_plan_are_said_by_the_run_and_its_report() {
     let dir = tempfile::tempdir().unwrap();
@@ -127,6 +127,11 @@ fn other_settings_of_what_assists_a_plan_are_said_by_the_run_and_its_report() {
     assert!(said.contains(&format!("assist the sample were {differs}")), "{said}");
 }
 
+#[test]
+fn a_method_is_computed_again_where_that_is_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let both = format!("{PPO} {DQN}");
+    done(&format!("{both} --methods ppo,dqn --budget 2 --eval-seeds 2 --out r"), dir.path());
     let before = records(&dir.path().join("r"));
     let said = done(&format!("{both} --replace dqn --out r"), dir.path());
     assert!(said.contains("r: computed again: dqn; 2 records stay"), "{said}");

@@ -81,6 +81,8 @@ pub struct Row {
     pub sampling: Sampling,
     /// Whether it was a run with looks, whose intervals are wider.
     pub has_looks: bool,
+    /// Whether its sample grew after results were seen, with an interval at each look.
+    pub has_grown: bool,
     /// Evaluation episodes per task.
     pub seeds: usize,
     /// How it was trained; `None` for a method that does not learn.
@@ -276,6 +278,7 @@ fn table(
                 left_out: summary.left_out,
                 sampling: source.identity().sample.sampling,
                 has_looks,
+                has_grown: !source.results.manifest.smaller_budgets().is_empty(),
                 seeds: source.identity().evaluation_seeds.len(),
                 trained,
                 simulator: source.identity().simulator.clone(),
@@ -354,6 +357,7 @@ mod tests {
             left_out: 0,
             sampling: Sampling::All,
             has_looks: false,
+            has_grown: false,
             seeds: 5,
             trained: None,
             simulator: String::new(),

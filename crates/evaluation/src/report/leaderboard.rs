@@ -97,7 +97,11 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
         ((some, of), Sampling::All) => format!("{some} of {of}"),
         ((some, of), sampling) => format!("{some} of {of}, {}", sampling.name()),
     };
-    let looks = if row.has_looks { ", looks" } else { "" };
+    let looks = match (row.has_looks, row.has_grown) {
+        (true, _) => ", looks",
+        (false, true) => ", grown after results were seen",
+        (false, false) => "",
+    };
     let left_out = match row.left_out {
         0 => String::new(),
         count => format!(", without {}", format::count(count, "replicate")),
@@ -155,6 +159,7 @@ pub fn json(tables: &[Table]) -> Vec<Value> {
             "replicates_left_out": row.left_out,
             "sampling": row.sampling,
             "looks": row.has_looks,
+            "grown": row.has_grown,
             "evaluation_seeds": row.seeds,
             "trainings": row.trained.map(|trained| trained.trainings),
             "episodes": row.trained.filter(|t| t.steps.is_none()).map(|trained| trained.episodes),

@@ -224,13 +224,12 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
             data.unpaired.iter().cloned().collect::<Vec<_>>().join(", ")
         ));
     }
-    notes.extend(luck(data));
     notes.extend(assisted_otherwise(data));
+    notes.extend(luck(data));
     notes.extend(data.methods.iter().filter_map(untuned));
     notes
 }
 
-/// Says on how many point MDPs tuning did not improve on what it started from; `None` where it did everywhere.
 /// Says where what assists the sample was computed with other settings; `None` where it was not, or that is not known.
 fn assisted_otherwise(data: &Report) -> Option<String> {
     let there = data.manifest.provenance.assisting.as_ref()?;
@@ -241,6 +240,7 @@ fn assisted_otherwise(data: &Report) -> Option<String> {
     ))
 }
 
+/// Says on how many point MDPs tuning did not improve on what it started from; `None` where it did everywhere.
 fn untuned(m: &MethodSummary) -> Option<String> {
     let tuning = m.tuning.filter(|tuning| tuning.kept > 0)?;
     let (kept, points) = (tuning.kept, format::count(tuning.points, "point MDP"));
@@ -254,6 +254,14 @@ fn untuned(m: &MethodSummary) -> Option<String> {
 pub fn growth(data: &Report) -> Option<String> {
     if data.runs.is_some() {
         return None;
+    }
+    if let Some(before) = data.manifest.smaller_budgets().first() {
+        return Some(format!(
+            "The sample grew from {before} to {} after results were seen. Each look at them had 95% intervals, so the chance \
+             that one of these looks misleads is above 5%. `run --until-decided`, given from the start, keeps it at 5% \
+             over all looks.",
+            format::count(data.points.len(), "point MDP")
+        ));
     }
     // What was asked for is of scores relative to the baseline.
     let standing = data.standing().filter(|_| data.reference.is_baseline)?;

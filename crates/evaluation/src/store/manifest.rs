@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::own::OwnMethod;
 use super::{Layout, SCHEMA_VERSION, most};
-use crate::sample::{Draw, Look, SamplePlan};
+use crate::sample::{Draw, Look, SamplePlan, Sampling};
 use crate::stats::Direction;
 use crate::store::error::StoreError;
 use basics::files::{self, limits};
@@ -210,6 +210,27 @@ impl Manifest {
     pub fn sha256(&self) -> String {
         let json = serde_json::to_vec(&self.identity).expect("an identity is plain data");
         sha256(&json)
+    }
+
+    /// Returns the smaller budgets that the sample had before it grew by commands that added to the run, ascending; empty
+    /// for a whole family, which no sampling can miss, and for looks that were planned.
+    pub fn smaller_budgets(&self) -> Vec<usize> {
+        let sample = &self.identity.sample;
+        if sample.sampling == Sampling::All || sample.growth.is_some() {
+            return Vec::new();
+        }
+        let words = shlex::split(&self.provenance.command).unwrap_or_default();
+        let of_pair = |pair: &[String]| -> Option<usize> {
+            match pair[0].strip_prefix("--budget=") {
+                Some(value) => value.parse().ok(),
+                None if pair[0] == "--budget" => pair[1].parse().ok(),
+                None => None,
+            }
+        };
+        // The last word of all has no value behind it.
+        let padded = [words, vec![String::new()]].concat();
+        let budgets: BTreeSet<usize> = padded.windows(2).filter_map(of_pair).collect();
+        budgets.into_iter().filter(|budget| *budget < sample.budget).collect()
     }
 
     /// Returns the text of its file.
