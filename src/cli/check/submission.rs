@@ -20,7 +20,7 @@ use crate::cli::output::{line, note};
 use crate::domains;
 use crate::run::domain::{Domain, domain_of};
 use crate::run::executor::Event;
-use crate::run::plan::{establish, evaluation_seeds};
+use crate::run::plan::{Change, establish, evaluation_seeds};
 use crate::run::session::reopen;
 use crate::run::worker::check_own;
 use crate::seed;
@@ -371,7 +371,8 @@ fn resimulate(
     let scratch = crate::cli::temporary_folder()?;
     let again = Layout::new(scratch.path().join("again"));
     again.make()?;
-    establish(&again, (**manifest).clone(), results.plan(), results.design.as_ref(), &[])?;
+    let design = results.design.as_ref();
+    establish(&again, (**manifest).clone(), results.plan(), design, Change::default())?;
     let session = reopen(&domains, &again, manifest.clone(), prepared.to_path_buf())?;
     let jobs =
         args.jobs.map_or_else(|| available_parallelism().map_or(1, |j| j.get()), |j| j.get());

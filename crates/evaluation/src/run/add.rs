@@ -13,7 +13,9 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use super::checkpoint;
+use super::plan::Change;
 use crate::sample::{Design, SamplePlan};
+use crate::store::assisting::TRAINING;
 use crate::store::error::StoreError;
 use crate::store::manifest::{Identity, Manifest, Task};
 use crate::store::plan::write_plan;
@@ -33,8 +35,9 @@ const NUMBERED: [&str; 2] = ["logs", "jobs"];
 ///
 /// # Arguments
 ///
-/// * `replaced` — methods whose records are to be computed again.
-pub(super) fn obstacle(there: &Identity, now: &Identity, replaced: &[String]) -> Option<String> {
+/// * `change` — what may differ.
+pub(super) fn obstacle(there: &Identity, now: &Identity, change: Change<'_>) -> Option<String> {
+    let replaced = change.replaced;
     let mut same = now.clone();
     let stays = |method: &String| there.methods.contains(method);
     if there.methods.iter().all(|m| now.methods.contains(m)) {
@@ -57,6 +60,13 @@ pub(super) fn obstacle(there: &Identity, now: &Identity, replaced: &[String]) ->
         {
             own.clone_from(before);
         }
+    }
+    // Nor have settings of training been read where no method learns.
+    if there.methods.iter().all(|m| change.untrained.contains(&m.as_str()))
+        && let (Some(own), Some(before)) =
+            (same.settings.get_mut(TRAINING), there.settings.get(TRAINING))
+    {
+        own.clone_from(before);
     }
     // What was given to a method that is new, or whose records are computed again, is in no record that stays.
     for row in &mut same.points {
@@ -254,6 +264,7 @@ mod tests {
     use crate::run::plan::establish;
     use crate::run::testing::with_request;
     use crate::store::record::{Record, TaskResult};
+    use serde_json::json;
 
     fn names(methods: &[&str]) -> Vec<String> {
         methods.iter().map(|m| (*m).to_owned()).collect()
@@ -278,7 +289,7 @@ mod tests {
         let (small, large) = (Layout::new(dir.path().join("a")), Layout::new(dir.path().join("b")));
         [&small, &large].iter().for_each(|layout| layout.make().unwrap());
         let (before, tasks) = with_request(&names(&["tuner"]), 2, 1);
-        establish(&small, before.clone(), &tasks, None, &[]).unwrap();
+        establish(&small, before.clone(), &tasks, None, Change::default()).unwrap();
         committed(&small, &before, &tasks);
         fs::create_dir_all(small.model(1).parent().unwrap()).unwrap();
         fs::write(small.model(1), "a model").unwrap();
@@ -291,9 +302,9 @@ mod tests {
             drop(tasks);
             now.identity.tasks()
         };
-        let added = establish(&small, now.clone(), &tasks, None, &[]).unwrap();
+        let added = establish(&small, now.clone(), &tasks, None, Change::default()).unwrap();
         assert_eq!(added.kept, Some(4));
-        establish(&large, now.clone(), &tasks, None, &[]).unwrap();
+        establish(&large, now.clone(), &tasks, None, Change::default()).unwrap();
         committed(&large, &now, &tasks);
         let (small_texts, large_texts) = (texts(&small, &tasks), texts(&large, &tasks));
         let missing = small_texts.iter().filter(|text| text.is_none()).count();
@@ -310,7 +321,7 @@ mod tests {
         assert!(!small.adding().exists());
         assert_eq!(Results::load(&small).unwrap().missing().count(), 6);
         // Again it is the same run.
-        assert_eq!(establish(&small, now, &tasks, None, &[]).unwrap().kept, None);
+        assert_eq!(establish(&small, now, &tasks, None, Change::default()).unwrap().kept, None);
     }
 
     #[test]
@@ -321,9 +332,10 @@ mod tests {
         let (manifest, tasks) = with_request(&names(&["tuner"]), 2, 1);
         let again = || {
             let replaced = names(&["tuner"]);
-            establish(&layout, manifest.clone(), &tasks, None, &replaced).unwrap().kept
+            let change = Change { replaced: &replaced, ..Change::default() };
+            establish(&layout, manifest.clone(), &tasks, None, change).unwrap().kept
         };
-        establish(&layout, manifest.clone(), &tasks, None, &[]).unwrap();
+        establish(&layout, manifest.clone(), &tasks, None, Change::default()).unwrap();
         committed(&layout, &manifest, &tasks);
         let of_others = tasks.iter().filter(|task| task.method != "tuner").count();
         assert_eq!(again(), Some(of_others));
@@ -341,20 +353,20 @@ mod tests {
         let layout = Layout::new(dir.path().join("r"));
         layout.make().unwrap();
         let (before, tasks) = with_request(&names(&["tuner"]), 2, 1);
-        establish(&layout, before.clone(), &tasks, None, &[]).unwrap();
+        establish(&layout, before.clone(), &tasks, None, Change::default()).unwrap();
         committed(&layout, &before, &tasks);
         let (mut now, _) = with_request(&names(&["tuner", "other"]), 2, 1);
         now.identity.methods = names(&["zero", "tuner", "other"]);
         let tasks = now.identity.tasks();
         // As after the records have their places and before the manifest has.
-        establish(&layout, now.clone(), &tasks, None, &[]).unwrap();
+        establish(&layout, now.clone(), &tasks, None, Change::default()).unwrap();
         let adding = Layout::new(layout.adding());
         fs::create_dir(adding.root()).unwrap();
         fs::rename(layout.manifest(), adding.manifest()).unwrap();
         fs::write(layout.manifest(), before.to_json()).unwrap();
         let e = Results::load(&layout).unwrap_err();
         assert!(e.to_string().contains("nothing is lost: repeat that command"), "{e}");
-        establish(&layout, now, &tasks, None, &[]).unwrap();
+        establish(&layout, now, &tasks, None, Change::default()).unwrap();
         assert_eq!(Results::load(&layout).unwrap().done().count(), 4);
 
         // What was not complete goes.
@@ -371,16 +383,32 @@ mod tests {
         let (now, _) = with_request(&names(&["tuner", "other"]), 2, 1);
         let mut now = now.identity;
         now.methods = names(&["zero", "tuner", "other"]);
-        assert_eq!(obstacle(&there.identity, &now, &[]), None);
+        assert_eq!(obstacle(&there.identity, &now, Change::default()), None);
         let with = |change: &dyn Fn(&mut Identity)| {
             let mut changed = now.clone();
             change(&mut changed);
-            obstacle(&there.identity, &changed, &[]).unwrap()
+            obstacle(&there.identity, &changed, Change::default()).unwrap()
         };
         assert!(with(&|i| i.base_seed = 9).contains("--seed"));
         assert!(with(&|i| i.evaluation_seeds.truncate(1)).contains("--eval-seeds"));
         assert!(with(&|i| drop(i.methods.remove(1))).contains("--methods"));
         assert!(with(&|i| i.tsc_family = "9.9.9".to_owned()).contains("tsc-family"));
         assert!(with(&|i| i.points[0].content = "x".to_owned()).contains("point MDP"));
+    }
+    #[test]
+    fn settings_of_training_may_change_while_no_method_learns() {
+        let (mut there, _) = with_request(&names(&["tuner"]), 2, 1);
+        there.identity.settings = json!({"training": {"episodes": 100}, "demand": 1});
+        let (mut now, _) = with_request(&names(&["tuner", "learner"]), 2, 1);
+        now.identity.methods = names(&["zero", "tuner", "learner"]);
+        now.identity.settings = json!({"training": {"episodes": 6}, "demand": 1});
+        let differs = |untrained: &[&str], now: &Manifest| {
+            let change = Change { untrained, ..Change::default() };
+            obstacle(&there.identity, &now.identity, change)
+        };
+        assert_eq!(differs(&["zero", "tuner"], &now), None);
+        assert!(differs(&["zero"], &now).unwrap().contains("training.episodes is 100 there"));
+        now.identity.settings["demand"] = json!(2);
+        assert!(differs(&["zero", "tuner"], &now).unwrap().contains("demand is 1 there"));
     }
 }

@@ -218,13 +218,22 @@ pub struct Established {
     pub kept: Option<usize>,
 }
 
+/// What a command may change of a run that is there, beside adding to it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Change<'a> {
+    /// Methods whose records are computed again.
+    pub replaced: &'a [String],
+    /// Methods that do not learn, whose records do not depend on the settings of training.
+    pub untrained: &'a [&'a str],
+}
+
 /// Writes plan and manifest into a new results directory. An existing one that holds the same run stays as it is, with
 /// its own provenance; to one that holds a part of the run, the rest is added. The manifest comes last: with it the directory
 /// is complete.
 ///
 /// # Arguments
 ///
-/// * `replaced` — methods whose records are computed again.
+/// * `change` — [`Change::default`] only adds.
 ///
 /// # Errors
 ///
@@ -234,9 +243,10 @@ pub fn establish(
     manifest: Manifest,
     tasks: &[Task],
     design: Option<&Design>,
-    replaced: &[String],
+    change: Change<'_>,
 ) -> Result<Established, StoreError> {
     add::finish(layout)?;
+    let replaced = change.replaced;
     if !layout.manifest().exists() {
         write_plan(layout, tasks, design, false)?;
         write_atomically(&layout.manifest(), &manifest.to_json())?;
@@ -248,7 +258,7 @@ pub fn establish(
         write_plan(layout, tasks, design, true)?;
         return Ok(Established { manifest: existing, kept: None });
     }
-    let Some(difference) = add::obstacle(there, now, replaced) else {
+    let Some(difference) = add::obstacle(there, now, change) else {
         // All commands together make the run.
         let Provenance { started, command: before, .. } = &existing.provenance;
         let command = match manifest.provenance.command {

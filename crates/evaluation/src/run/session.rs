@@ -15,7 +15,8 @@ use super::domain::{Domain, Problem, domain_of};
 use super::error::RunError;
 use super::executor::local::GRACE;
 use super::executor::{Event, Executor, Inline, Launcher, Local};
-use super::plan::{Draft, Established, Request, complete, establish};
+use super::method::Training;
+use super::plan::{Change, Draft, Established, Request, complete, establish};
 use super::watchdog::STALL_TIMEOUT_S;
 use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
@@ -65,14 +66,16 @@ pub fn open<'a>(
     let mut provenance = provenance(&prepared.folder, draft.memory_per_worker_mb);
     let started = provenance.started.clone();
     provenance.warnings = request.problem.warnings();
-    let (manifest, tasks) = complete(request, draft, prepared, provenance)?;
     provenance.assisting = request.choice.assisting().cloned();
+    let (manifest, tasks) = complete(request, draft, prepared, provenance)?;
     let layout = Layout::new(out);
     layout.make()?;
     let lock = lock(&layout, started)?;
     let design = draft.design.as_ref();
-    let Established { manifest, kept } =
-        establish(&layout, manifest, &tasks, design, request.replace)?;
+    let untrained = request.domain.methods().iter().filter(|m| m.training != Training::Learned);
+    let untrained: Vec<&str> = untrained.map(|m| m.name).collect();
+    let change = Change { replaced: request.replace, untrained: &untrained };
+    let Established { manifest, kept } = establish(&layout, manifest, &tasks, design, change)?;
     let (domain, manifest) = (request.domain, Arc::new(manifest));
     let session = Session { domain, layout, manifest, prepared: folder, kept, _lock: lock };
     session.stand_in(request.problem, &draft.sample)?;
@@ -134,7 +137,7 @@ pub fn open_after<'a>(
     let lock = lock(&layout, started)?;
     let manifest = Manifest { identity, provenance };
     let Established { manifest, kept } =
-        establish(&layout, manifest, &tasks, from.design.as_ref(), &[])?;
+        establish(&layout, manifest, &tasks, from.design.as_ref(), Change::default())?;
     take_along(from, &layout, &manifest)?;
     tidy_up(&layout)?;
     let manifest = Arc::new(manifest);
@@ -273,6 +276,6 @@ fn provenance(prepared: &str, memory_per_worker_mb: Option<u64>) -> Provenance {
         networks: prepared.to_owned(),
         warnings: Vec::new(),
         memory_per_worker_mb,
+        assisting: None,
     }
 }
-        assisting: None,

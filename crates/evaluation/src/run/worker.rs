@@ -109,7 +109,7 @@ pub fn task_of(dir: &Path, identity: &Identity, row: usize) -> Result<Task, RunE
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::plan::establish;
+    use crate::run::plan::{Change, establish};
     use crate::run::progress::{Failure, Fault};
     use crate::run::testing::{Counting, Toy, planned};
 
@@ -119,7 +119,8 @@ mod tests {
         let (manifest, tasks) = planned(2);
         let layout = Layout::new(dir.path());
         layout.make().unwrap();
-        let manifest = establish(&layout, manifest, &tasks, None, &[]).unwrap().manifest;
+        let manifest =
+            establish(&layout, manifest, &tasks, None, Change::default()).unwrap().manifest;
         let serve = |manifest: Option<String>| {
             let every = Duration::from_secs(60);
             let prepared = Some("prepared".into());
