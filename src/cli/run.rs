@@ -232,12 +232,13 @@ fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::R
         let design = Some(design(family, sampling, Some((&known, dir)))?);
         return Ok(Choice::Budget { budget, sampling, design, assisting: Some(there) });
     }
-    if let Some(begun) = begun.filter(|_| args.sampling.is_none()) {
-        match (args.budget, budget) {
-            (None, _) => return begun.choice(),
-            (_, Some(budget)) => return begun.with_budget(budget, family),
-            // The whole family has no sampling.
-            (Some(_), None) => {}
+    // Another sampling than that of the folder is another sample.
+    let is_same = |b: &&Begun| args.sampling.is_none_or(|s| s == b.identity.sample.sampling);
+    if let Some(begun) = begun.filter(is_same) {
+        match budget {
+            Some(budget) => return begun.with_budget(budget, family),
+            None if args.budget.is_none() && args.sampling.is_none() => return begun.choice(),
+            None => {}
         }
     }
     // A sample that grows may grow to the whole family.
@@ -284,7 +285,7 @@ fn check(args: &RunArgs, request: &Request<'_>, draft: &Draft) -> anyhow::Result
     let refuse = |flag: &str, reason: &str| -> anyhow::Result<()> {
         Err(Refused(format!("{flag} has no effect: {reason}; leave it out")).into())
     };
-    if args.sampling.is_some() && !matches!(request.choice, Choice::Budget { .. }) {
+    if args.sampling.is_some() && matches!(request.choice, Choice::All) {
         return refuse("--sampling", "without a --budget, every point MDP is evaluated");
     }
     if args.sampling.is_some() && request.problem.family().points.len() == 1 {
