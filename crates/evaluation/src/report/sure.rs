@@ -9,7 +9,7 @@ use super::page::render;
 use super::plain_table::Cells;
 use super::whole::Report;
 use super::{format, profiles, ranks, text};
-use crate::analysis::{Decided, FEWEST_TO_DOMINATE, Pair};
+use crate::analysis::{Decided, FEWEST_SEEDS_FOR_PLACES, FEWEST_TO_DOMINATE, Pair};
 use crate::stats::bootstrap::RESAMPLES;
 use crate::stats::{Dominance, Verdict};
 
@@ -207,6 +207,11 @@ fn covers(data: &Report) -> String {
             causes.join(" and ")
         ),
     };
+    if !causes.is_empty() && seeds < FEWEST_SEEDS_FOR_PLACES {
+        text.push_str(&format!(
+            " Probabilities of places need at least {FEWEST_SEEDS_FOR_PLACES} evaluation seeds."
+        ));
+    }
     if evaluated < data.points.len() {
         text.push_str(" Missing results are assumed to be missing at random.");
     }
