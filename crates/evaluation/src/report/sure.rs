@@ -75,11 +75,12 @@ fn row(data: &Report, p: &Pair) -> Value {
         Verdict::Neither => "none".to_owned(),
         Verdict::Open => "open".to_owned(),
     });
+    let (ahead, interval) = format::lead(p.ahead.value, p.ahead.interval);
     context! {
         first => name(p.first),
         second => name(p.second),
-        ahead => format::score_within(p.ahead.value, p.ahead.interval),
-        interval => p.ahead.interval.map(format::interval),
+        ahead,
+        interval,
         improvement => share(p.improvement.value),
         improvement_interval => p.improvement.interval
             .map(|(low, high)| (share(low), share(high)))
@@ -104,11 +105,12 @@ pub(super) fn pairs(data: &Report) -> Option<Cells> {
     let share =
         |(low, high): (f64, f64)| format!("{} to {}", format::percent(low), format::percent(high));
     let row = |p: &Pair| {
+        let (ahead, interval) = format::lead(p.ahead.value, p.ahead.interval);
         vec![
             name(p.first),
             name(p.second),
-            format::score_within(p.ahead.value, p.ahead.interval),
-            p.ahead.interval.map_or_else(dash, format::interval),
+            ahead,
+            interval.unwrap_or_else(dash),
             format::percent(p.improvement.value),
             p.improvement.interval.map_or_else(dash, share),
             match p.decided() {
