@@ -230,6 +230,18 @@ fn a_place_is_as_open_as_the_pair_although_the_method_is_ahead_on_every_seed() {
 }
 
 #[test]
+fn means_over_a_feature_say_of_how_many_point_mdps_they_are() {
+    let dir = tempfile::tempdir().unwrap();
+    let manifest = spread(manifest(&["baseline", "fixed-time"]), 10);
+    let layout = write_results(dir.path(), &manifest, |task| ended(delays(task)));
+    report::write(&layout, &reported(&layout)).unwrap();
+    let drawing = file(&layout, "context.svg");
+    // One point MDP has the inflow of `quiet`, the others have that of `busy`.
+    assert!(drawing.contains(">1</text>") && drawing.contains(">11</text>"), "{drawing}");
+    assert!(file(&layout, "index.html").contains("fewer than 5 point MDPs. Triangles"));
+}
+
+#[test]
 fn a_single_method_has_nothing_to_be_compared_with() {
     let dir = tempfile::tempdir().unwrap();
     let layout = write_results(dir.path(), &manifest(&["baseline"]), |task| ended(delays(task)));
