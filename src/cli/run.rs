@@ -176,6 +176,7 @@ fn say_added(
     if !args.quiet {
         let before = there.map_or(0, |t| t.tasks().len());
         let what = match args.replace.is_empty() {
+            true if tasks - before == 1 => format!("1 task is added to {before}"),
             true => format!("{} tasks are added to {before}", tasks - before),
             false => format!("computed again: {}", args.replace.join(", ")),
         };

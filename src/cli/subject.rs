@@ -8,7 +8,7 @@ use super::effects::{self, Use, not_among};
 use super::folder::NETWORKS;
 use super::output::note;
 use super::run::RunArgs;
-use super::scenario::ScenarioArg;
+use super::scenario::{DEFAULT_SCENARIO, ScenarioArg};
 use crate::cli::refused::Refused;
 use crate::domains;
 use crate::family::FamilyError;
@@ -210,6 +210,12 @@ impl Subject {
         };
         used.check(&problem.loaded, &args.scenario.settings())?;
         let scenario = &problem.loaded.scenario;
+        let named = &args.scenario.scenario;
+        if imported && !args.quiet && named != DEFAULT_SCENARIO {
+            note(format!(
+                "the family of {named} has no effect: the point MDPs are the SUMO scenarios, and only its settings count"
+            ));
+        }
         let plain = scenario.preset == Preset::default();
         if imported && plain && !args.quiet && scenario.demand != DemandSettings::default() {
             note(
