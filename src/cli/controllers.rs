@@ -115,9 +115,8 @@ impl ControllersArgs {
         draft: &Draft,
     ) -> anyhow::Result<Vec<String>> {
         let (family, chosen) = (request.problem.family(), draft.chosen());
-        let of = |name: String| {
-            request.domain.lacking(&name, family, &chosen, request.evaluation_seeds)
-        };
+        let of =
+            |name: String| request.domain.lacking(&name, family, &chosen, request.evaluation_seeds);
         let all: Result<Vec<Vec<String>>, String> = self.names().map(of).collect();
         Ok(all.map_err(Refused)?.into_iter().flatten().collect())
     }

@@ -171,12 +171,7 @@ fn draw(
 
 /// Writes above a panel how many point MDPs each of its means is of, given where these are on x; counts that would touch
 /// are in a second row.
-fn counts(
-    canvas: &mut Canvas,
-    frame: &Frame,
-    (left, top): (f64, f64),
-    counted: &[(f64, usize)],
-) {
+fn counts(canvas: &mut Canvas, frame: &Frame, (left, top): (f64, f64), counted: &[(f64, usize)]) {
     let style = |anchor| TextStyle::new(anchor).color(MUTED).small();
     canvas.text(left - 10.0, top + COUNTS_PX[0], "n", style(Anchor::End));
     let mut last = f64::NEG_INFINITY;
@@ -185,14 +180,17 @@ fn counts(
         let is_close = x - last < COUNT_GAP_PX;
         let row = COUNTS_PX[usize::from(is_close)];
         canvas.text(x, top + row, &points.to_string(), style(Anchor::Middle));
-        last = if is_close { f64::NEG_INFINITY } else { x };
+        if !is_close {
+            last = x;
+        }
     }
 }
 
 /// Returns per group of values the mean value, weighted by importance, and the number of point MDPs in the sample.
 fn counted(data: &Report, feature: usize) -> Vec<(f64, usize)> {
     let count = |group: &Vec<f64>| {
-        let valued = data.points.iter().filter_map(|p| Some((p.weight, *p.row.features.get(feature)?)));
+        let valued =
+            data.points.iter().filter_map(|p| Some((p.weight, *p.row.features.get(feature)?)));
         let members: Vec<(f64, f64)> = valued.filter(|(_, x)| group.contains(x)).collect();
         Some((weighted_mean(members.iter().copied())?, members.len()))
     };

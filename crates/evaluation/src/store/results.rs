@@ -252,10 +252,8 @@ fn at_fault(layout: &Layout, manifest: &Manifest, error: StoreError) -> StoreErr
         sound += usize::from(found.is_some());
     });
     let of_another = read.ok().and_then(|damaged| all_of_another(sound, &damaged));
-    of_another.map_or(error, |records| StoreError::OtherManifest {
-        path: layout.manifest(),
-        records,
-    })
+    of_another
+        .map_or(error, |records| StoreError::OtherManifest { path: layout.manifest(), records })
 }
 
 /// Refuses damaged records, all at once; the manifest, where it is what is damaged.
