@@ -12,6 +12,7 @@ use std::thread::available_parallelism;
 use serde_json::json;
 
 use super::controllers::{ControllersArgs, manifest_of};
+use super::executors::counted;
 use super::interrupt::interrupted;
 use super::output::{line, note};
 use super::values::{at_least_one_worker, parse_seed, percent};
@@ -95,7 +96,8 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         if left > 0 {
             let dir = quoted(&args.dir);
             note(format!(
-                "interrupted with {left} tasks to do again; tsc-family resume {dir} does them"
+                "interrupted with {} to do again; tsc-family resume {dir} goes on",
+                counted(left, "task")
             ));
             return Ok(exit::INTERRUPTED);
         }
@@ -113,7 +115,17 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
     Ok(match (looked.audit.damage.is_empty(), looked.audit.missing()) {
         (false, _) => exit::USAGE,
         (true, 0) => exit::DONE,
-        (true, _) => exit::INCOMPLETE,
+        (true, missing) => {
+            if !args.json {
+                let (have, them) = if missing == 1 { ("has", "it") } else { ("have", "them") };
+                note(format!(
+                    "{} {have} no record; tsc-family resume {} does {them}",
+                    counted(missing, "task"),
+                    quoted(&args.dir)
+                ));
+            }
+            exit::INCOMPLETE
+        }
     })
 }
 
@@ -174,16 +186,24 @@ fn say(looked: &Looked, layout: &Layout, args: &CheckArgs) -> anyhow::Result<()>
     let look = audit.reach.look.map(|(look, looks)| format!("look {look} of {looks}: "));
     let mut parts =
         vec![format!("{}{done} of {tasks} records are sound", look.unwrap_or_default())];
-    let counted = [
-        (audit.failed, "of failed tasks"),
-        (missing, "tasks have none"),
-        (beside.models, "models are sound"),
-        (beside.no_models, "models are not here"),
-        (beside.checkpoints, "checkpoints"),
-        (beside.prepared, "point MDPs have their files"),
-        (beside.unprepared, "point MDPs have none here (they are made again)"),
+    let several = [
+        (audit.failed, "of failed tasks", "of failed tasks"),
+        (missing, "task has none", "tasks have none"),
+        (beside.models, "model is sound", "models are sound"),
+        (beside.no_models, "model is not here", "models are not here"),
+        (beside.checkpoints, "checkpoint", "checkpoints"),
+        (beside.prepared, "point MDP has its files", "point MDPs have their files"),
+        (
+            beside.unprepared,
+            "point MDP has none here (they are made again)",
+            "point MDPs have none here (they are made again)",
+        ),
     ];
-    parts.extend(counted.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")));
+    let in_words = |(n, one, many): &(usize, &str, &str)| {
+        let what = if *n == 1 { one } else { many };
+        format!("{n} {what}")
+    };
+    parts.extend(several.iter().filter(|(n, ..)| *n > 0).map(in_words));
     line(format!("{}: {}", layout.root().display(), parts.join(", ")))?;
     audit.builds.warning().into_iter().for_each(note);
     if let Some(first) = audit.strays.first() {
@@ -193,8 +213,11 @@ fn say(looked: &Looked, layout: &Layout, args: &CheckArgs) -> anyhow::Result<()>
     }
     if !audit.damage.is_empty() && !args.repair {
         let (damaged, repeated) = (audit.damage.len(), audit.to_repeat().len());
+        let (are, them) = if damaged == 1 { ("is", "it") } else { ("are", "them") };
         note(format!(
-            "{damaged} files are damaged; --repair sets them aside and does {repeated} tasks again"
+            "{} {are} damaged; --repair sets {them} aside and does {} again",
+            counted(damaged, "file"),
+            counted(repeated, "task")
         ));
     }
     Ok(())
@@ -289,10 +312,11 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
     }
     if lacks_networks {
         let command = &manifest.provenance.command;
+        let (are, their) = if repeated.len() == 1 { ("is", "its") } else { ("are", "their") };
         note(format!(
-            "{} tasks are to do again, but their networks are not here: run the command of the run ({command}), \
+            "{} {are} to do again, but {their} networks are not here: run the command of the run ({command}), \
              which builds them, or say with --networks where they are",
-            repeated.len()
+            counted(repeated.len(), "task")
         ));
         return Ok(0);
     }

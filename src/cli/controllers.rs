@@ -108,18 +108,17 @@ impl ControllersArgs {
     }
 
     /// Refuses scores of point MDPs that the family has not, and returns what to warn of: those of the sample that lack
-    /// theirs.
+    /// theirs, and rows that are not used.
     pub(super) fn check_sample(
         &self,
         request: &Request<'_>,
         draft: &Draft,
     ) -> anyhow::Result<Vec<String>> {
         let (family, chosen) = (request.problem.family(), draft.chosen());
-        let of = |name: String| {
-            request.domain.lacking(&name, family, &chosen, request.evaluation_seeds).transpose()
-        };
-        let all: Result<_, _> = self.names().filter_map(of).collect();
-        all.map_err(|reason| Refused(reason).into())
+        let of =
+            |name: String| request.domain.lacking(&name, family, &chosen, request.evaluation_seeds);
+        let all: Result<Vec<Vec<String>>, String> = self.names().map(of).collect();
+        Ok(all.map_err(Refused)?.into_iter().flatten().collect())
     }
 
     /// Returns how workers are started that have these methods too.

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::executors::counted;
 use super::forecast::{Forecast, Job, range};
 use crate::run::effort::Efforts;
 use crate::run::error::RunError;
@@ -22,12 +23,13 @@ pub(super) fn estimate(
     let per_point: u64 = draft.methods.iter().map(replicates).sum();
     let tasks = sample.draws.len() as u64 * per_point;
     let mut text = format!(
-        "{} of {} point MDPs ({}, seed {}), {} methods, {tasks} tasks",
+        "{} of {} ({}, seed {}), {}, {}",
         sample.draws.len(),
-        sample.family_size,
+        counted(sample.family_size, "point MDP"),
         sample.sampling.name(),
         sample.seed,
-        draft.methods.len(),
+        counted(draft.methods.len(), "method"),
+        counted(tasks as usize, "task"),
     );
     let mut episodes = 0;
     let mut all = Vec::with_capacity(tasks as usize);
@@ -47,7 +49,7 @@ pub(super) fn estimate(
     write!(text, "\n{episodes} episodes at most").expect("writing to a string cannot fail");
     if all.iter().any(|job| job.effort.is_informed) {
         let time = range(Forecast::new(all, jobs, processors).left(0.0));
-        write!(text, ", about {time} with {jobs} workers")
+        write!(text, ", about {time} with {}", counted(jobs, "worker"))
             .expect("writing to a string cannot fail");
     }
     Ok(text)

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::available_parallelism;
 use std::time::Duration;
 
+use super::executors::counted;
 use super::first_failures::FirstFailures;
 use super::interrupt::interrupted;
 use super::monitor::Monitor;
@@ -78,11 +79,11 @@ impl LocalRun<'_> {
         let interrupted = interrupted()?;
         let (left, _) = run.work(&Results::load(&session.layout)?, &interrupted)?;
         if left > 0 && interrupted.load(Ordering::Relaxed) {
-            note(format!("interrupted with {left} tasks to do; {then}"));
+            note(format!("interrupted with {} to do; {then}", counted(left, "task")));
             return Ok(Some(exit::INTERRUPTED));
         }
         if left > 0 {
-            note(format!("{left} tasks have no record, see above; {then}"));
+            note(format!("{}, see above; {then}", without_record(left)));
             return Ok(Some(exit::INCOMPLETE));
         }
         Ok(None)
@@ -98,16 +99,19 @@ impl LocalRun<'_> {
         let (left, alike) = self.work(results, interrupted)?;
         if let Some(alike) = alike.filter(|_| left > 0) {
             let code = self.summarise()?;
+            let were = if left == 1 { "was" } else { "were" };
             note(format!(
-                "error: {alike}; {left} tasks were not done for that: mend it and run the same command with \
-                 --retry-failed, or with --keep-going to do them all the same"
+                "error: {alike}; {} {were} not done for that: mend it and run the same command with --retry-failed, \
+                 or with --keep-going to go on all the same",
+                counted(left, "task")
             ));
             return Ok(Some(code));
         }
         if left > 0 && interrupted.load(Ordering::Relaxed) {
             if !self.quiet {
                 note(format!(
-                    "interrupted with {left} tasks to do; run the same command to continue"
+                    "interrupted with {} to do; run the same command to continue",
+                    counted(left, "task")
                 ));
             }
             return Ok(Some(exit::INTERRUPTED));
@@ -177,9 +181,10 @@ impl LocalRun<'_> {
         if let Err(e) = self.summarise() {
             note(format!("there is no report yet: {e}"));
         }
+        let (own, them) = if left == 1 { ("its own", "it") } else { ("their own", "them") };
         note(format!(
-            "{left} tasks have no record, for reasons that are not their own (see above); run the same command \
-             again to do them"
+            "{}, for reasons that are not {own} (see above); run the same command again to do {them}",
+            without_record(left)
         ));
         Ok(exit::INCOMPLETE)
     }
@@ -219,6 +224,11 @@ impl LocalRun<'_> {
         }
         Ok(exit::DONE)
     }
+}
+
+/// Says how many tasks have no record.
+fn without_record(tasks: usize) -> String {
+    format!("{} {} no record", counted(tasks, "task"), if tasks == 1 { "has" } else { "have" })
 }
 
 /// Returns a warning where another build began a run than goes on with it.

@@ -40,7 +40,6 @@ use crate::sample::plan_file::{PlanError, PlanFile};
 use crate::sample::{Choice, Sampling};
 use crate::store::manifest::Identity;
 use crate::store::results::Results;
-use crate::traffic::control::existing;
 use crate::traffic::sim::SimError;
 
 /// Most warnings that a run prints when it begins.
@@ -177,6 +176,7 @@ fn say_added(
     if !args.quiet {
         let before = there.map_or(0, |t| t.tasks().len());
         let what = match args.replace.is_empty() {
+            true if tasks - before == 1 => format!("1 task is added to {before}"),
             true => format!("{} tasks are added to {before}", tasks - before),
             false => format!("computed again: {}", args.replace.join(", ")),
         };
@@ -264,8 +264,8 @@ fn planned(args: &RunArgs, subject: &Subject, path: &Path) -> anyhow::Result<Cho
     Ok(Choice::Plan(plan))
 }
 
-/// Returns the methods by name; `all` stands for every one that can run, none for the domain's default and what signals do
-/// today.
+/// Returns the methods by name; `all` stands for every one that can run there, none for the domain's default and what
+/// signals do today.
 fn methods(names: &[String], subject: &Subject) -> Vec<String> {
     let named = |wanted: &dyn Fn(&Method) -> bool| {
         let methods = subject.domain().methods().iter();
@@ -273,9 +273,7 @@ fn methods(names: &[String], subject: &Subject) -> Vec<String> {
     };
     match names {
         [] => named(&|m| m.default || subject.today() == Some(m.name)),
-        names if names.iter().any(|name| name == ALL) => {
-            named(&|m| m.name != existing::METHOD.name || subject.today() == Some(m.name))
-        }
+        names if names.iter().any(|name| name == ALL) => named(&|m| subject.can_run(m)),
         names => names.to_vec(),
     }
 }

@@ -1,5 +1,6 @@
 //! The scenario of a subcommand, and the settings that replace its own.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use clap::ValueEnum;
@@ -19,13 +20,16 @@ use crate::traffic::family::load::{
 };
 use crate::traffic::settings::Preset;
 
+/// Name of the scenario where none is given.
+pub(super) const DEFAULT_SCENARIO: &str = "salt-lake-city";
+
 /// Scenario of a subcommand.
 #[derive(Debug, clap::Args)]
 pub struct ScenarioArg {
     /// Path of a scenario or of its table, or the name of an embedded one: `salt-lake-city`,
     /// `salt-lake-city-peak`, `smoke`, `cartpole`, `pendulum`, `mountain-car`, `acrobot`,
     /// `pendulum-swing-up`, `quad`, `half-cheetah`, `swimmer`
-    #[arg(value_name = "SCENARIO", default_value = "salt-lake-city")]
+    #[arg(value_name = "SCENARIO", default_value = DEFAULT_SCENARIO)]
     pub scenario: String,
     /// Setting of the scenario file to replace, such as `demand.horizon_s=600` (repeatable)
     #[arg(long, value_name = "KEY=VALUE")]
@@ -72,9 +76,27 @@ impl ScenarioArg {
         std::iter::once(Override::preset(preset)).chain(self.set.iter().cloned()).collect()
     }
 
+    /// Refuses a setting that is given twice: only the last would count.
+    ///
+    /// # Errors
+    ///
+    /// Which one.
+    pub(super) fn check_settings(&self) -> Result<(), Refused> {
+        let mut keys = BTreeSet::new();
+        match self.set.iter().flat_map(Override::keys).find(|key| !keys.insert(key.clone())) {
+            Some(key) => Err(Refused(format!("--set {key} is given twice; leave one out"))),
+            None => Ok(()),
+        }
+    }
+
     /// Returns the domain that reads the scenario; `None` for traffic signals.
-    pub(super) fn entry(&self) -> Result<Option<&'static Entry>, FamilyError> {
-        entry_of(&self.scenario)
+    ///
+    /// # Errors
+    ///
+    /// Also for settings that are given twice.
+    pub(super) fn entry(&self) -> anyhow::Result<Option<&'static Entry>> {
+        self.check_settings()?;
+        Ok(entry_of(&self.scenario)?)
     }
 
     /// Says that the name is that of an embedded scenario where a file or folder has it too.

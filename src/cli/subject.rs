@@ -8,7 +8,7 @@ use super::effects::{self, Use, not_among};
 use super::folder::NETWORKS;
 use super::output::note;
 use super::run::RunArgs;
-use super::scenario::ScenarioArg;
+use super::scenario::{DEFAULT_SCENARIO, ScenarioArg};
 use crate::cli::refused::Refused;
 use crate::domains;
 use crate::family::FamilyError;
@@ -18,7 +18,7 @@ use crate::run::method::Method;
 use crate::run::plan::Draft;
 use crate::settings::overrides::Override;
 use crate::traffic::city::folder::default_folder;
-use crate::traffic::control::{existing, program};
+use crate::traffic::control::{coordinated, existing, nema_coordinated, program};
 use crate::traffic::family::doubts::Doubt;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::method_arguments::plan_file;
@@ -99,6 +99,18 @@ impl Subject {
                 lacking.is_empty().then_some(existing::METHOD.name)
             }
         }
+    }
+
+    /// Whether a method can run on every point MDP, as far as this is known before SUMO reads a network: coordination needs
+    /// several signals, and each of two methods needs its kind of today's plan.
+    pub(super) fn can_run(&self, method: &Method) -> bool {
+        let Self::Signals(problem) = self else { return true };
+        let is = |of: &[Method]| of.iter().any(|of| of.name == method.name);
+        if is(&[existing::METHOD, program::METHOD]) {
+            return self.today() == Some(method.name);
+        }
+        let mut signals = problem.family().points.iter().map(|point| problem.agents(&point.id));
+        !is(&[coordinated::METHOD, nema_coordinated::METHOD]) || signals.all(|signals| signals > 1)
     }
 
     /// Reads a scenario as it is, without SUMO scenarios in place of its family.
@@ -198,6 +210,12 @@ impl Subject {
         };
         used.check(&problem.loaded, &args.scenario.settings())?;
         let scenario = &problem.loaded.scenario;
+        let named = &args.scenario.scenario;
+        if imported && !args.quiet && named != DEFAULT_SCENARIO {
+            note(format!(
+                "the family of {named} has no effect: the point MDPs are the SUMO scenarios, and only its settings count"
+            ));
+        }
         let plain = scenario.preset == Preset::default();
         if imported && plain && !args.quiet && scenario.demand != DemandSettings::default() {
             note(

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::controllers::ControllersArgs;
-use super::executors::limit_mb;
+use super::executors::{counted, limit_mb};
 use super::interrupt::interrupted;
 use super::local_run::other_build;
 use super::output::{line, note};
@@ -109,7 +109,8 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
     Ok(match left {
         0 => exit::DONE,
         _ if interrupted.load(Ordering::Relaxed) => {
-            note(format!("stopped with {left} tasks to do; the same pack continues from there"));
+            let left = counted(left, "task");
+            note(format!("stopped with {left} to do; the same pack continues from there"));
             exit::STOPPED
         }
         _ => exit::INCOMPLETE,

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::made_up::{
-    Ending, evaluations, manifest, reported, well_formed, well_linked, words, write_results,
+    self, Ending, SEEDS, evaluations, reported, well_formed, well_linked, words, write_results,
 };
 use tsc_family::analysis::Decided;
 use tsc_family::report::{self, Report};
@@ -20,19 +20,26 @@ const MANY: [&str; 12] = [
     "mplight", "mplight-star", "mplight-star-resco", "one-of-mine", "another-of-mine",
 ];
 
-fn ended(delays_s: [f64; 2]) -> Option<Ending> {
+/// Returns a manifest with three evaluation seeds, the fewest for probabilities of places.
+fn manifest(methods: &[&str]) -> Manifest {
+    let mut manifest = made_up::manifest(methods);
+    manifest.identity.evaluation_seeds = SEEDS.to_vec();
+    manifest
+}
+
+fn ended(delays_s: [f64; 3]) -> Option<Ending> {
     Some(Ok(TaskResult { rows: evaluations(&delays_s), ..TaskResult::default() }))
 }
 
 /// A method that leads, one that is ahead of it at the busy point MDP only on one seed, and the baseline.
-fn delays(task: &Task) -> [f64; 2] {
+fn delays(task: &Task) -> [f64; 3] {
     match (task.method.as_str(), task.point.as_str()) {
-        ("baseline", "quiet") => [20.0, 22.0],
-        ("baseline", _) => [200.0, 220.0],
-        ("fixed-time", "quiet") => [10.0, 12.0],
-        ("fixed-time", _) => [150.0, 170.0],
-        (_, "quiet") => [11.0, 13.0],
-        (_, _) => [140.0, 190.0],
+        ("baseline", "quiet") => [20.0, 22.0, 21.0],
+        ("baseline", _) => [200.0, 220.0, 210.0],
+        ("fixed-time", "quiet") => [10.0, 12.0, 11.0],
+        ("fixed-time", _) => [150.0, 170.0, 160.0],
+        (_, "quiet") => [11.0, 13.0, 12.0],
+        (_, _) => [140.0, 190.0, 165.0],
     }
 }
 
@@ -67,7 +74,7 @@ fn many(root: &Path, missing: Option<&str>) -> Layout {
         }
         let place = MANY.iter().position(|m| *m == task.method).unwrap() as f64;
         let level = if task.point == "busy" { 200.0 } else { 20.0 };
-        ended([level * (1.0 - 0.01 * place), level * (1.0 - 0.02 * place)])
+        ended([0.01, 0.02, 0.015].map(|less| level * (1.0 - less * place)))
     })
 }
 
@@ -122,6 +129,7 @@ fn drawings_have_words_for_those_who_do_not_see_them() {
         assert!(description.contains("fixed-time"), "{description}");
     }
     assert!(file(&layout, "profiles.svg").contains("lower is better; a higher curve is better"));
+    assert!(file(&layout, "ranks.svg").contains("1 is the best"));
 }
 
 #[test]
@@ -190,6 +198,50 @@ fn one_seed_on_every_point_says_nothing_of_chance() {
 }
 
 #[test]
+fn with_two_seeds_places_have_no_probabilities_and_the_page_says_why() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut manifest = manifest(&["baseline", "fixed-time", "max-pressure"]);
+    manifest.identity.evaluation_seeds.truncate(2);
+    let layout = write_results(dir.path(), &manifest, |task| {
+        let rows = evaluations(&delays(task)[..2]);
+        Some(Ok(TaskResult { rows, ..TaskResult::default() }))
+    });
+    assert_eq!(reported(&layout).comparison.ranks, None);
+    let (text, _) = written(&layout);
+    assert!(text.contains("Probabilities of places need at least 3 evaluation seeds."), "{text}");
+}
+
+#[test]
+fn a_place_is_as_open_as_the_pair_although_the_method_is_ahead_on_every_seed() {
+    let dir = tempfile::tempdir().unwrap();
+    let layout = write_results(dir.path(), &manifest(&["baseline", "fixed-time"]), |task| {
+        let busy = task.point == "busy";
+        ended(match task.method.as_str() {
+            "fixed-time" => [100.0; 3],
+            _ if busy => [101.0, 102.0, 109.0],
+            _ => [100.0; 3],
+        })
+    });
+    let comparison = reported(&layout).comparison.clone();
+    assert_eq!(comparison.pairs[0].decided(), Decided::Open);
+    // By Student's t with two degrees of freedom, 0.87.
+    let first = comparison.ranks.unwrap()[0][0];
+    assert!((0.8..0.95).contains(&first), "{first}");
+}
+
+#[test]
+fn means_over_a_feature_say_of_how_many_point_mdps_they_are() {
+    let dir = tempfile::tempdir().unwrap();
+    let manifest = spread(manifest(&["baseline", "fixed-time"]), 10);
+    let layout = write_results(dir.path(), &manifest, |task| ended(delays(task)));
+    report::write(&layout, &reported(&layout)).unwrap();
+    let drawing = file(&layout, "context.svg");
+    // One point MDP has the inflow of `quiet`, the others have that of `busy`.
+    assert!(drawing.contains(">1</text>") && drawing.contains(">11</text>"), "{drawing}");
+    assert!(file(&layout, "index.html").contains("fewer than 5 point MDPs. Triangles"));
+}
+
+#[test]
 fn a_single_method_has_nothing_to_be_compared_with() {
     let dir = tempfile::tempdir().unwrap();
     let layout = write_results(dir.path(), &manifest(&["baseline"]), |task| ended(delays(task)));
@@ -204,7 +256,7 @@ fn where_more_is_better_the_larger_value_is_ahead_and_its_profile_is_higher() {
     let mut manifest = spread(manifest(&["baseline", "fixed-time", "max-pressure"]), 8);
     manifest.identity.direction = Direction::Higher;
     manifest.identity.baseline = String::new();
-    // Two seeds decide only where the difference is the same on both.
+    // Few seeds decide only where the difference is the same on all.
     let steady = |task: &Task| match task.method.as_str() {
         "max-pressure" => delays(task).map(|_| 9.0),
         _ => delays(task),

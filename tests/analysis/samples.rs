@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::dropped::{delays, growing};
-use crate::made_up::{evaluations, manifest, write_results};
+use crate::made_up::{SEEDS, evaluations, manifest, write_results};
 use tsc_family::analysis::{Analysis, NoMeasures};
 use tsc_family::family::{Feature, MdpFamily, PointMdp};
 use tsc_family::sample::{Design, Draw, Sampling, Until, choose_over};
@@ -23,6 +23,7 @@ const CHOSEN: usize = 20;
 fn balanced(methods: &[&str], inclusion: &[f64]) -> Manifest {
     let mut manifest = manifest(methods);
     let identity = &mut manifest.identity;
+    identity.evaluation_seeds = SEEDS.to_vec();
     let (point, n) = (identity.points[0].clone(), inclusion.len());
     let row = |i: usize| PointRow {
         point: format!("p{i}"),
@@ -54,9 +55,9 @@ fn scattered(number: usize) -> f64 {
     20.0 + (number * 37 % 71) as f64
 }
 
-/// A task with the same delay on both seeds; a learner has an episode of training before.
+/// A task with the same delay on all seeds; a learner has an episode of training before.
 fn steady(delay_s: f64, learns: bool) -> TaskResult {
-    let mut rows = evaluations(&[delay_s; 2]);
+    let mut rows = evaluations(&[delay_s; SEEDS.len()]);
     if learns {
         let metrics = Metrics::from([("return".to_owned(), -1.0)]);
         rows.insert(0, Row { kind: RowKind::Training, episode: 0, seed: 7, metrics });

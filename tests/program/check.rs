@@ -115,7 +115,7 @@ fn damaged_networks_are_built_again_by_the_command_of_the_run() {
     let (code, said, notes) = check(folder.path(), "--repair");
     assert_eq!(code, Some(2), "nothing is removed where a manifest says: {said}");
     assert!(net.exists());
-    assert!(notes.contains("1 tasks are to do again, but their networks are not here"), "{notes}");
+    assert!(notes.contains("1 task is to do again, but its networks are not here"), "{notes}");
     let (code, said, notes) = check(folder.path(), "--repair --networks networks/smoke");
     assert_eq!(code, Some(6), "{said}{notes}");
     succeed(folder.path(), LEARN);
@@ -219,7 +219,9 @@ fn places_in_which_a_digit_is_another_are_refused_and_written_again() {
 fn a_run_that_is_not_over_is_sound_and_incomplete() {
     let folder = results();
     fs::remove_file(folder.path().join("out/done/000/3.jsonl")).unwrap();
-    let (code, said, _) = check(folder.path(), "");
+    let (code, said, notes) = check(folder.path(), "");
     assert_eq!(code, Some(6));
-    assert!(said.starts_with("out: 5 of 6 records are sound, 1 tasks have none"), "{said}");
+    assert!(said.starts_with("out: 5 of 6 records are sound, 1 task has none"), "{said}");
+    let next = "1 task has no record; tsc-family resume out does it";
+    assert!(notes.contains(next), "{notes}");
 }

@@ -41,7 +41,26 @@ fn what_has_no_effect_is_refused_with_the_reason() {
     {
         assert_eq!(stderr(&run(folder.path(), args)), "", "{args}");
     }
+    let plan = succeed(folder.path(), "run smoke -n --methods all --json");
+    for left_out in ["coordinated", "nema-coordinated", "program", "existing"] {
+        assert!(plan.contains("\"nema\"") && !plan.contains(&format!("\"{left_out}\"")), "{plan}");
+    }
     succeed(folder.path(), &format!("run --dry-run {busy} --preset field --quiet"));
+}
+
+#[test]
+fn a_setting_that_is_given_twice_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for args in [
+        "run smoke -n --set demand.horizon_s=60 --set demand.horizon_s=90",
+        "list smoke --set demand.horizon_s=60 --set demand={horizon_s=90}",
+        "build-networks smoke --set demand.horizon_s=60 --set demand.horizon_s=60",
+    ] {
+        let output = run(folder.path(), args);
+        assert_eq!(output.status.code(), Some(2), "{args}: {}", stderr(&output));
+        let expected = "--set demand.horizon_s is given twice";
+        assert!(stderr(&output).contains(expected), "{args}: {}", stderr(&output));
+    }
 }
 
 #[test]

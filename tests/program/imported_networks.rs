@@ -63,6 +63,10 @@ fn the_forecast_counts_the_simulations_of_all_signals() {
     let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
     // 24 times the root of three, and an evaluation each of these two and the baseline.
     assert!(text.contains("45 episodes at most"), "{text}");
+    let none = "the family of smoke has no effect";
+    assert!(!text.contains(none), "{text}");
+    let output = run(folder(&config), &format!("run smoke --sumocfg net.sumocfg {methods}"));
+    assert!(stderr(&output).contains(none), "{}", stderr(&output));
 }
 
 /// Somebody crosses the street between W and C at P; a side street from D joins behind, and yields.

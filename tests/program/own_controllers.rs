@@ -207,6 +207,11 @@ fn scores_from_elsewhere_rank_beside_the_others_and_are_marked() {
     assert!(stderr(&output).contains(lacks), "{}", stderr(&output));
     let reason = &rows(folder, "b", 5)[0]["reason"];
     assert_eq!(reason, "the table has no row of busy with episode 0");
+    let further = "point,episode,delay_s\nquiet,0,3\nquiet,1,3\nquiet,2,3\nbusy,0,3\nbusy,1,3\n";
+    fs::write(folder.join("s.csv"), further).unwrap();
+    let output = tsc(folder, &command.replace("--out a", "--out c --dry-run"));
+    let unused = "1 row of s.csv is not used, the first in line 4: the run has 2 evaluation episodes on 2 point MDPs";
+    assert!(stderr(&output).contains(unused), "{}", stderr(&output));
     fs::write(folder.join("s.csv"), "point,episode,delay_s\nquiet,0,3\nbsuy,0,3\n").unwrap();
     for last in ["--out c", "--out c --dry-run"] {
         let output = tsc(folder, &command.replace("--out a", last));

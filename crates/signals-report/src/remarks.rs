@@ -85,8 +85,8 @@ pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
             HtmlEscape(&data.reference.name)
         )),
         About::ApplyFeatures => constant(
-            "look up the intersections you have: the lowest line at their inflow, lanes and speed is the \
-             method that helps most there.",
+            "look up the intersections you have: the lowest line at their inflow, lanes and speed may be the \
+             method that helps most there. Hollow marks are of few intersections and say little.",
         ),
     }
 }

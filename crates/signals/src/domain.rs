@@ -200,8 +200,8 @@ impl Domain for Traffic {
         family: &MdpFamily,
         chosen: &BTreeSet<&str>,
         episodes: u32,
-    ) -> Result<Option<String>, String> {
-        self.own_of(method).map_or(Ok(None), |own| own.lacking(family, chosen, episodes))
+    ) -> Result<Vec<String>, String> {
+        self.own_of(method).map_or(Ok(Vec::new()), |own| own.lacking(family, chosen, episodes))
     }
 
     fn trial(

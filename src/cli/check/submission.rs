@@ -14,6 +14,7 @@ use serde_json::json;
 
 use super::CheckArgs;
 use crate::analysis::joined::{Known, Source, join};
+use crate::cli::executors::counted;
 use crate::cli::exit;
 use crate::cli::interrupt::interrupted;
 use crate::cli::output::{line, note};
@@ -407,7 +408,8 @@ fn resimulate(
     let is_whole = left == 0 || !interrupted.load(Ordering::Relaxed);
     if !is_whole {
         note(format!(
-            "interrupted with {left} tasks to do again; --sample-seed {sample_seed} draws the same tasks"
+            "interrupted with {} to do again; --sample-seed {sample_seed} draws the same tasks",
+            counted(left, "task")
         ));
     }
     let of = so_far.plan().len();

@@ -39,7 +39,7 @@ mod whole;
 mod winners;
 
 pub use board::{Board, BoardPoint};
-pub use comparison::Comparison;
+pub use comparison::{Comparison, FEWEST_SEEDS_FOR_PLACES};
 pub use decisive_points::DecisivePoints;
 pub use episodes::EpisodeSummary;
 pub use error::AnalysisError;

@@ -31,6 +31,8 @@ pub struct Pair {
     pub points: usize,
     /// By how much the first one's overall performance is ahead; negative where it is behind.
     pub ahead: Estimated,
+    /// Degrees of freedom of this lead over seeds, where these alone make its spread.
+    pub degrees: Option<f64>,
     /// Probability that a run of the first is better than one of the second on the same point MDP.
     pub improvement: Estimated,
     /// What the profiles of the two say; `None` where one of them is not ranked.
@@ -146,6 +148,7 @@ fn compared(
         second,
         points: shared.len(),
         ahead: Estimated { value: difference.value, interval: difference.interval },
+        degrees: difference.degrees,
         improvement: Estimated {
             value: improvement.value,
             interval: improvement.interval.map(share),

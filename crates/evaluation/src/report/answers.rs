@@ -145,7 +145,7 @@ fn gain(data: &Report, best: &MethodSummary) -> Vec<String> {
 fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
     let mut sentences = Vec::new();
     let ranked = data.methods.iter().filter(|m| m.rank.is_some()).count();
-    // A share of resamples beside an open lead would be two answers to one question: with few seeds it is near 1.
+    // A share of resamples beside an open lead would be two answers to one question.
     let is_open = data.lead.as_ref().is_some_and(|lead| lead.interval.0 <= 0.0);
     if let Some(ranks) = data.comparison.ranks.as_ref().filter(|_| !is_open) {
         sentences.push(format!(

@@ -5,6 +5,9 @@ use crate::store::manifest::FeatureColumn;
 /// Width of an interval of scores below which two decimals would hide it.
 const NARROW: f64 = 0.02;
 
+/// Most decimals of a lead.
+const MOST_DECIMALS: usize = 6;
+
 /// Returns a score: two decimals, three significant digits from 10 on.
 pub fn score(value: f64) -> String {
     match value.abs() {
@@ -29,6 +32,24 @@ pub fn score_within(value: f64, interval: Option<(f64, f64)>) -> String {
 pub fn interval((low, high): (f64, f64)) -> String {
     let within = |value| score_within(value, Some((low, high)));
     format!("{} to {}", within(low), within(high))
+}
+
+/// Returns a lead and its interval. Where the interval excludes 0 but an end would be written as 0, all three have as many
+/// more decimals as keep it from that: a decided lead does not look open.
+pub fn lead(value: f64, ends: Option<(f64, f64)>) -> (String, Option<String>) {
+    let plain = (score_within(value, ends), ends.map(interval));
+    let Some((low, high)) = ends.filter(|(low, high)| *low > 0.0 || *high < 0.0) else {
+        return plain;
+    };
+    let nearest = low.abs().min(high.abs());
+    let is_zero = |text: &str| text.chars().all(|c| matches!(c, '0' | '.'));
+    if !is_zero(&score_within(nearest, ends)) {
+        return plain;
+    }
+    let shows = |decimals: usize| !is_zero(&format!("{nearest:.decimals$}"));
+    let decimals = (3..MOST_DECIMALS).find(|decimals| shows(*decimals)).unwrap_or(MOST_DECIMALS);
+    let text = |value: f64| format!("{value:.decimals$}");
+    (text(value), Some(format!("{} to {}", text(low), text(high))))
 }
 
 /// Returns an amount, such as a delay in seconds or a queue in vehicles: one decimal, none from 100 on.
@@ -125,6 +146,20 @@ mod tests {
         assert_eq!(interval((0.5217, 0.5257)), "0.522 to 0.526");
         assert_eq!(interval((0.5217, 0.6257)), "0.52 to 0.63");
         assert_eq!(score_within(1.0, Some((1.0, 1.0))), "1.00");
+    }
+
+    #[test]
+    fn a_decided_lead_does_not_end_at_zero() {
+        let texts = |value, low, high| {
+            let (value, interval) = lead(value, Some((low, high)));
+            (value, interval.unwrap())
+        };
+        let of = |value: &str, interval: &str| (value.to_owned(), interval.to_owned());
+        assert_eq!(texts(0.015, 0.0029, 0.029), of("0.015", "0.003 to 0.029"));
+        assert_eq!(texts(-0.2, -0.4, -0.0002), of("-0.2000", "-0.4000 to -0.0002"));
+        assert_eq!(texts(0.016, -0.0029, 0.029), of("0.02", "-0.00 to 0.03"));
+        assert_eq!(texts(0.2, 0.1, 0.3), of("0.20", "0.10 to 0.30"));
+        assert_eq!(lead(0.2, None), ("0.20".to_owned(), None));
     }
 
     #[test]

@@ -93,11 +93,12 @@ pub(super) fn lead(data: &Report) -> Option<String> {
     let lead = data.lead.as_ref()?;
     let best = data.best().map(|m| &m.method);
     let is_paired = !data.unpaired.iter().any(|name| *name == lead.runner_up || Some(name) == best);
+    let (difference, interval) = format::lead(lead.difference, Some(lead.interval));
     Some(format!(
         "The runner-up {} is {} behind in score (95% interval {}, {}).",
         lead.runner_up,
-        format::score_within(lead.difference, Some(lead.interval)),
-        format::interval(lead.interval),
+        difference,
+        interval.unwrap_or_default(),
         match is_paired {
             true => format!("both on the same {}", data.words.met),
             false => format!("unpaired: nothing shows that both met the same {}", data.words.met),

@@ -4,6 +4,7 @@ use minijinja::value::merge_maps;
 use minijinja::{HtmlEscape, Value, context};
 
 use super::answers::{Answer, answers};
+use super::context::FEWEST_IN_LINE;
 use super::csv::events;
 use super::curves::common_points;
 use super::divisor::baseline_in_full;
@@ -86,6 +87,7 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         shares => data.shares.iter().map(|s| s.heading.to_vec()).collect::<Vec<_>>(),
         events => events(data).map(|(i, _)| data.shares[i].heading.to_vec()).collect::<Vec<_>>(),
         context => figure("context"),
+        context_fewest => FEWEST_IN_LINE,
         failures => data.failed().take(FAILURE_ROWS).map(|r| failure(data, r)).collect::<Vec<_>>(),
         failed => data.failed().count(),
         without_reference => data.methods.iter().map(|m| m.without_reference).max().unwrap_or(0),

@@ -44,16 +44,15 @@ fn measured(data: &Report, method: &str, names: &[String]) -> Vec<String> {
         };
         let pair = data.comparison.pairs.iter().find(with)?;
         let (better, worse) = (&data.methods[pair.first].method, &data.methods[pair.second].method);
-        let interval =
-            pair.ahead.interval.map(|i| format!(", 95% interval {}", format::interval(i)));
+        let (ahead, interval) = format::lead(pair.ahead.value, pair.ahead.interval);
+        let interval = interval.map(|interval| format!(", 95% interval {interval}"));
         let verdict = match pair.decided() {
             Decided::Open => "; this may be chance",
             Decided::Unknown => "; whether this is chance is not known",
             _ => "",
         };
         Some(format!(
-            "Method {method} is in several runs with other records: {better} is ahead of {worse} by {} in score ({}{}{verdict}).",
-            format::score_within(pair.ahead.value, pair.ahead.interval),
+            "Method {method} is in several runs with other records: {better} is ahead of {worse} by {ahead} in score ({}{}{verdict}).",
             format::count(pair.points, "point MDP"),
             interval.unwrap_or_default(),
         ))

@@ -9,7 +9,7 @@ use super::page::render;
 use super::plain_table::Cells;
 use super::whole::Report;
 use super::{format, profiles, ranks, text};
-use crate::analysis::{Decided, FEWEST_TO_DOMINATE, Pair};
+use crate::analysis::{Decided, FEWEST_SEEDS_FOR_PLACES, FEWEST_TO_DOMINATE, Pair};
 use crate::stats::bootstrap::RESAMPLES;
 use crate::stats::{Dominance, Verdict};
 
@@ -75,11 +75,12 @@ fn row(data: &Report, p: &Pair) -> Value {
         Verdict::Neither => "none".to_owned(),
         Verdict::Open => "open".to_owned(),
     });
+    let (ahead, interval) = format::lead(p.ahead.value, p.ahead.interval);
     context! {
         first => name(p.first),
         second => name(p.second),
-        ahead => format::score_within(p.ahead.value, p.ahead.interval),
-        interval => p.ahead.interval.map(format::interval),
+        ahead,
+        interval,
         improvement => share(p.improvement.value),
         improvement_interval => p.improvement.interval
             .map(|(low, high)| (share(low), share(high)))
@@ -104,11 +105,12 @@ pub(super) fn pairs(data: &Report) -> Option<Cells> {
     let share =
         |(low, high): (f64, f64)| format!("{} to {}", format::percent(low), format::percent(high));
     let row = |p: &Pair| {
+        let (ahead, interval) = format::lead(p.ahead.value, p.ahead.interval);
         vec![
             name(p.first),
             name(p.second),
-            format::score_within(p.ahead.value, p.ahead.interval),
-            p.ahead.interval.map_or_else(dash, format::interval),
+            ahead,
+            interval.unwrap_or_else(dash),
             format::percent(p.improvement.value),
             p.improvement.interval.map_or_else(dash, share),
             match p.decided() {
@@ -207,6 +209,11 @@ fn covers(data: &Report) -> String {
             causes.join(" and ")
         ),
     };
+    if !causes.is_empty() && seeds < FEWEST_SEEDS_FOR_PLACES {
+        text.push_str(&format!(
+            " Probabilities of places need at least {FEWEST_SEEDS_FOR_PLACES} evaluation seeds."
+        ));
+    }
     if evaluated < data.points.len() {
         text.push_str(" Missing results are assumed to be missing at random.");
     }

@@ -150,9 +150,10 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
     let planned = data.tasks.len();
     let missing = data.missing();
     if missing > 0 {
+        let (have, them) = if missing == 1 { ("has", "it") } else { ("have", "them") };
         notes.push(format!(
-            "Incomplete: {} of {planned} tasks are done, {missing} have no record yet; run again to compute \
-             them.",
+            "Incomplete: {} of {planned} tasks are done, {missing} {have} no record yet; run again to compute \
+             {them}.",
             planned - missing
         ));
     }

@@ -83,8 +83,8 @@ pub trait Domain: Sync {
         Ok(None)
     }
 
-    /// Returns what somebody's own method lacks for a sample, to be warned of before anything runs; `None` where it lacks
-    /// nothing, as a method that is played.
+    /// Returns what is to be warned of somebody's own method before anything runs: what it lacks for a sample, and what it
+    /// has that the run does not use; nothing of a method that is played.
     ///
     /// # Arguments
     ///
@@ -100,9 +100,9 @@ pub trait Domain: Sync {
         family: &MdpFamily,
         chosen: &BTreeSet<&str>,
         episodes: u32,
-    ) -> Result<Option<String>, String> {
+    ) -> Result<Vec<String>, String> {
         let _ = (method, family, chosen, episodes);
-        Ok(None)
+        Ok(Vec::new())
     }
 
     /// Returns a method on a point MDP, untrained.

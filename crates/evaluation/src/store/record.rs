@@ -3,6 +3,7 @@
 //! The first line is the [`Summary`], then follows one [`Row`] per episode of training, validation and
 //! evaluation. Wall-clock values stand apart: the checksum and every comparison leave them out.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::Path;
@@ -306,8 +307,15 @@ impl Record {
             .enumerate()
             .map(|(i, line)| serde_json::from_str(line).map_err(|e| format!("line {}: {e}", i + 2)))
             .collect::<Result<Vec<Row>, _>>()?;
-        if rows.len() != summary.rows {
-            return Err(format!("truncated: {} of {} rows", rows.len(), summary.rows));
+        match rows.len().cmp(&summary.rows) {
+            Ordering::Equal => {}
+            Ordering::Less => {
+                return Err(format!("truncated: {} of {} rows", rows.len(), summary.rows));
+            }
+            Ordering::Greater => {
+                let (has, says) = (rows.len(), summary.rows);
+                return Err(format!("altered: it has {has} rows, more than the {says} of line 1"));
+            }
         }
         let record = Self { summary, rows };
         for metrics in record.rows.iter().map(|row| &row.metrics).chain([&record.summary.metrics]) {
@@ -414,6 +422,10 @@ mod tests {
         fs::write(&path, keep).unwrap();
         let e = Record::read(&layout, &task(), "abc").unwrap_err().to_string();
         assert!(e.contains("truncated: 1 of 2 rows"), "{e}");
+        let last = text.lines().last().unwrap();
+        fs::write(&path, format!("{text}{last}\n")).unwrap();
+        let e = Record::read(&layout, &task(), "abc").unwrap_err().to_string();
+        assert!(e.contains("altered: it has 3 rows, more than the 2 of line 1"), "{e}");
         fs::write(&path, text.replace("20.1", "2.1")).unwrap();
         let e = Record::read(&layout, &task(), "abc").unwrap_err().to_string();
         assert!(e.contains("altered"), "{e}");

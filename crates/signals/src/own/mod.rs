@@ -18,6 +18,7 @@ use super::control::{Controller, Setup};
 use basics::files::FileError;
 use basics::hash::sha256_file;
 use evaluation::family::MdpFamily;
+use evaluation::report::format::count;
 use evaluation::store::own::{OwnKind, OwnMethod};
 
 /// Point MDPs that a sentence names.
@@ -96,7 +97,7 @@ impl Own {
         Ok(Some(OwnMethod { sha256, ..self.about.clone() }))
     }
 
-    /// Returns what it lacks for a sample, in words: rows of a table of scores; `None` where it lacks nothing.
+    /// Returns what it lacks for a sample and what of it is not used, in words: rows of a table of scores.
     ///
     /// # Arguments
     ///
@@ -110,19 +111,33 @@ impl Own {
         family: &MdpFamily,
         chosen: &BTreeSet<&str>,
         episodes: u32,
-    ) -> Result<Option<String>, String> {
-        let Play::External(scores) = &self.play else { return Ok(None) };
+    ) -> Result<Vec<String>, String> {
+        let Play::External(scores) = &self.play else { return Ok(Vec::new()) };
         let OwnMethod { name, source, .. } = &self.about;
         let lacking = scores.lacking(family, chosen, episodes);
         let lacking = lacking.map_err(|reason| format!("{source}: {reason}"))?;
-        let (of, some) = (lacking.len(), &lacking[..lacking.len().min(MOST_NAMED)]);
-        let rest =
-            if of > some.len() { format!(" and {} more", of - some.len()) } else { String::new() };
-        let tasks = if of == 1 { "the task there" } else { "the tasks there" };
-        let points = format!("{}{rest}", some.join(", "));
-        Ok((of > 0).then(|| {
-            format!("{name} ({source}) has no rows, or too few, of {points}; {tasks} will fail")
-        }))
+        let mut warnings = Vec::new();
+        if !lacking.is_empty() {
+            let (of, some) = (lacking.len(), &lacking[..lacking.len().min(MOST_NAMED)]);
+            let more = of - some.len();
+            let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+            let tasks = if of == 1 { "the task there" } else { "the tasks there" };
+            let points = format!("{}{rest}", some.join(", "));
+            warnings.push(format!(
+                "{name} ({source}) has no rows, or too few, of {points}; {tasks} will fail"
+            ));
+        }
+        if let Some((unused, line)) = scores.unused(chosen, episodes) {
+            let are = if unused == 1 { "is" } else { "are" };
+            let after = if scores.has_seeds() { " or after it" } else { "" };
+            warnings.push(format!(
+                "{} of {source} {are} not used, the first in line {line}{after}: the run has {} on {}",
+                count(unused, "row"),
+                count(episodes as usize, "evaluation episode"),
+                count(chosen.len(), "point MDP"),
+            ));
+        }
+        Ok(warnings)
     }
 
     /// Returns the files that a task reads. The program itself is none of them: what runs stays what it was when it was
