@@ -85,10 +85,7 @@ impl Pedestrians {
             to_come.reverse();
             Crossing { to_come, ..Crossing::default() }
         };
-        Self {
-            crossings: crossings.iter().map(crossing).collect(),
-            ..Self::default()
-        }
+        Self { crossings: crossings.iter().map(crossing).collect(), ..Self::default() }
     }
 
     /// Returns those who come to each crosswalk at these times.

@@ -88,8 +88,8 @@ impl Timing {
             Turn::Left => {
                 let opposed =
                     (0..self.approaches.len()).any(|o| angle(from, o).abs() >= OPPOSITE_DEG);
-                let has_arrow = opposed
-                    || self.counts_unopposed_arrows && self.approaches.len() > LEGS_OF_A_T;
+                let has_arrow =
+                    opposed || self.counts_unopposed_arrows && self.approaches.len() > LEGS_OF_A_T;
                 // Yellow tells nothing of the green before it.
                 letter != 'g' && has_arrow && CROSSING_DEG.contains(&angle(from, crossed))
             }

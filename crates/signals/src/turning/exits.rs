@@ -61,10 +61,7 @@ fn turned(heading: Heading, eighths: usize) -> Heading {
 }
 
 /// Returns vehicles to exits as the turns that bearings make of these, and as exits of a table.
-pub(super) fn by_turn(
-    volumes: [f64; 3],
-    exits: &[(usize, Turn)],
-) -> ([f64; 3], [f64; MOST_EXITS]) {
+pub(super) fn by_turn(volumes: [f64; 3], exits: &[(usize, Turn)]) -> ([f64; 3], [f64; MOST_EXITS]) {
     let (mut turns, mut exits_vph) = ([0.0; 3], [0.0; MOST_EXITS]);
     for (((_, turn), vph), exit) in exits.iter().zip(volumes).zip(&mut exits_vph) {
         turns[*turn as usize] += vph;
