@@ -45,7 +45,7 @@ pub struct ProgramPhase {
     /// Longest duration, seconds; absent where it is fixed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_s: Option<f64>,
-    /// Walk, seconds; absent without a crosswalk whose walk and clearance fit into the shortest duration.
+    /// Walk, seconds; absent without a crosswalk whose walk begins with it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub walk_s: Option<u32>,
     /// Pedestrian clearance, seconds; absent where the walk is.

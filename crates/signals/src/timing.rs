@@ -13,7 +13,9 @@
 //!   are rounded up once.
 //! - **Crosswalks** lie across every approach. A green serves that of an approach if the approach waits (right
 //!   turns do not count), nothing goes straight on into its street, and no left turn with an arrow of its
-//!   own, one that is protected from an opposing approach, goes there. A phase for left turns alone serves
+//!   own, one that is protected from an opposing approach, goes there. Where pedestrians push buttons at more than three
+//!   approaches, one without an opposing approach has an arrow too. Deviation: under recall it has none, as in the
+//!   published results. A phase for left turns alone serves
 //!   none. There are no pedestrians in the simulation: greens last long enough for them, and turning vehicles
 //!   do not wait for any. The crosswalk of an arm that only leads away is not counted.
 //! - **Closed crosswalks**: one that no green of the signal's own program serves counts as closed (MUTCD, sign R9-3),
@@ -29,11 +31,13 @@
 
 mod crosswalks;
 mod program;
+mod walks;
 
 use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 
-pub use crosswalks::WALK_S;
+pub use crosswalks::{WALK_S, has_unopposed};
+pub use walks::Walk;
 
 use crate::settings::{ChangeInterval, SignalSettings};
 
@@ -103,6 +107,8 @@ pub struct Timing {
     links: Vec<Vec<Way>>,
     /// Whether the crosswalk of each approach is closed.
     closed: Vec<bool>,
+    /// Whether a left turn without an opposite approach has an arrow.
+    counts_unopposed_arrows: bool,
 }
 
 impl Timing {
@@ -113,7 +119,9 @@ impl Timing {
     /// * `links` — per link index the ways that it steers; none for pedestrians and trains.
     pub fn new(settings: &SignalSettings, approaches: Vec<Approach>, links: Vec<Vec<Way>>) -> Self {
         let closed = vec![false; approaches.len()];
-        Self { settings: settings.clone(), approaches, links, closed }
+        let counts_unopposed_arrows = settings.pedestrian_calls_per_h.is_some();
+        let settings = settings.clone();
+        Self { settings, approaches, links, closed, counts_unopposed_arrows }
     }
 
     /// Whether the settings say how left turns are signalled.

@@ -355,13 +355,19 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
 /// * `timing` — what says how long pedestrians take; none where the signal is not known.
 fn kept(timing: Option<&Timing>, running: Running) -> SignalProgram {
     let (kind, max_gap_s) = (running.program.kind, running.program.max_gap_s);
-    let phase = |p: sim::ProgramPhase| {
+    let bounds = |p: &sim::ProgramPhase| {
         let varies =
             kind != ProgramKind::Static && (p.min_s, p.max_s) != (p.duration_s, p.duration_s);
         // JSON has no infinities.
-        let bound = |s: f64| Some(s).filter(|s| varies && s.is_finite());
-        let (min_s, max_s) = (bound(p.min_s), bound(p.max_s));
-        let people = timing.and_then(|t| t.walk_within(&p.state, min_s.unwrap_or(p.duration_s)));
+        [p.min_s, p.max_s].map(|s| Some(s).filter(|s| varies && s.is_finite()))
+    };
+    let shortest_s = |p: &sim::ProgramPhase| bounds(p)[0].unwrap_or(p.duration_s);
+    let phases = &running.program.phases;
+    let shown: Vec<(&str, f64)> =
+        phases.iter().map(|p| (p.state.as_str(), shortest_s(p))).collect();
+    let walks = timing.map_or_else(|| vec![None; shown.len()], |t| t.longest_walks(&shown));
+    let phase = |(p, people): (sim::ProgramPhase, Option<[u32; 2]>)| {
+        let [min_s, max_s] = bounds(&p);
         ProgramPhase {
             state: p.state,
             duration_s: p.duration_s,
@@ -371,7 +377,7 @@ fn kept(timing: Option<&Timing>, running: Running) -> SignalProgram {
             clearance_s: people.map(|[_, clearance_s]| clearance_s),
         }
     };
-    let phases = running.program.phases.into_iter().map(phase).collect();
+    let phases = running.program.phases.into_iter().zip(walks).map(phase).collect();
     let Running { signal, own, offset_s, .. } = running;
     SignalProgram { own, offset_s, max_gap_s, ..SignalProgram::new(signal, kind, phases) }
 }

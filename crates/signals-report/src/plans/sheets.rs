@@ -92,7 +92,7 @@ fn write_tables(folder: &Path, seen: Seen<'_>, all: &[Told]) -> Result<(), Repor
         tables.entry(&identity.methods[told.method]).or_default().push(NamedPlan {
             intersection: identity.points[told.point].point.clone(),
             period: String::new(),
-            plan: told.plan.clone(),
+            plan: told.given_back(),
             line: 1,
         });
     }
@@ -121,13 +121,13 @@ fn write_utdf(
             continue;
         };
         // One plan that UTDF cannot say does not keep the others from being written.
-        if let Err(reason) = to_utdf(&[(number, told.plan.clone())]) {
+        if let Err(reason) = to_utdf(&[(number, told.given_back())]) {
             refused.push(format!("{method}, {reason}"));
             continue;
         }
         let dot = if period.is_empty() { String::new() } else { format!(".{}", safe_id(period)) };
         let name = format!("{method}{dot}.utdf.csv");
-        files.entry(name).or_default().push((number, told.plan.clone()));
+        files.entry(name).or_default().push((number, told.given_back()));
     }
     let has_numbers = !files.is_empty();
     for (name, plans) in files {

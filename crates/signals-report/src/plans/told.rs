@@ -40,6 +40,19 @@ pub(crate) struct Told {
     pub(crate) numbers: Option<String>,
 }
 
+impl Told {
+    /// Returns the plan as files have it that a run takes back. A stage whose walk goes on through later ones has none there,
+    /// because a phase lasts until its walk and clearance are over.
+    pub(super) fn given_back(&self) -> ExistingPlan {
+        let mut plan = self.plan.clone();
+        for phase in plan.phases.iter_mut().filter(|_| self.is_stages) {
+            let least_s = phase.min_green_s;
+            phase.walk_s = phase.walk_s.filter(|[walk_s, clear_s]| walk_s + clear_s <= least_s);
+        }
+        plan
+    }
+}
+
 /// Returns the plans of all signals of a task; nothing for methods that decide while they run.
 pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
     let Seen { data, shown } = seen;
@@ -224,9 +237,44 @@ mod tests {
     }
 
     #[test]
+    fn a_walk_that_goes_on_through_later_stages_is_not_given_back() {
+        let walks = |is_stages: bool, min_green_s: f64| {
+            let phase = PlanPhase { min_green_s, walk_s: Some([7.0, 18.0]), ..phase() };
+            let told = Told {
+                method: 0,
+                point: 0,
+                replicate: 0,
+                objective: None,
+                signal: "c".to_owned(),
+                plan: ExistingPlan::new(Control::Actuated, vec![phase]),
+                is_stages,
+                is_alone: true,
+                numbers: None,
+            };
+            told.given_back().phases[0].walk_s.is_some()
+        };
+        assert!(walks(true, 25.0) && walks(false, 20.0));
+        assert!(!walks(true, 20.0));
+    }
+
+    #[test]
     fn movements_that_get_one_name_are_there_once() {
-        let names = |all: &[&str]| all.iter().map(|name| (*name).to_owned()).collect();
-        let phase = PlanPhase {
+        let phase = phase();
+        let other = PlanPhase { movements: names(&["NBL", "NBL2"]), ..phase.clone() };
+        let mut plan = ExistingPlan::new(Control::Actuated, vec![phase, other]);
+        let renamed = BTreeMap::from([("NBL2".to_owned(), "NBL".to_owned())]);
+        rename(&mut plan, &renamed);
+        assert_eq!(plan.phases[0].movements, ["NBL", "NBT"]);
+        assert_eq!(plan.phases[0].yielding, ["NBR"]);
+        assert_eq!(plan.phases[1].movements, ["NBL"]);
+    }
+
+    fn names(all: &[&str]) -> Vec<String> {
+        all.iter().map(|name| (*name).to_owned()).collect()
+    }
+
+    fn phase() -> PlanPhase {
+        PlanPhase {
             number: 2,
             ring: 1,
             barrier: 1,
@@ -242,13 +290,6 @@ mod tests {
             recall: Recall::None,
             dual_entry: true,
             inhibit_max: false,
-        };
-        let other = PlanPhase { movements: names(&["NBL", "NBL2"]), ..phase.clone() };
-        let mut plan = ExistingPlan::new(Control::Actuated, vec![phase, other]);
-        let renamed = BTreeMap::from([("NBL2".to_owned(), "NBL".to_owned())]);
-        rename(&mut plan, &renamed);
-        assert_eq!(plan.phases[0].movements, ["NBL", "NBT"]);
-        assert_eq!(plan.phases[0].yielding, ["NBR"]);
-        assert_eq!(plan.phases[1].movements, ["NBL"]);
+        }
     }
 }

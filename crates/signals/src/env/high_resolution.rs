@@ -232,8 +232,8 @@ pub(super) struct Logger {
     /// Whether the all-red of its phases is known.
     knows_red: bool,
     stages: Vec<Option<Stage>>,
-    /// By phase, since when its crosswalks have shown WALK or clearance, and whether it is WALK.
-    walks: Vec<Option<(i64, bool)>>,
+    /// By phase, since when its crosswalks have shown WALK or clearance, whether it is WALK, and how long both last, seconds.
+    walks: Vec<Option<(i64, bool, u32)>>,
     last: Vec<u8>,
     setbacks_m: Vec<f64>,
     tracks: BTreeMap<u32, Track>,
@@ -389,14 +389,18 @@ impl Logger {
         let at_ds = tenths(at_s);
         for index in 0..self.stages.len() {
             let crossings = self.phasing.phases[index].crossings.clone();
-            let Some(takes_s) = crossings.iter().map(|c| c.1).max() else { continue };
+            if crossings.is_empty() {
+                continue;
+            }
             let number = self.phasing.phases[index].number;
-            let walks = crossings.iter().any(|c| pedestrians.walks(c.0, at_s));
+            // Crosswalks of a phase may have their walks with different greens.
+            let walking = crossings.iter().filter(|c| pedestrians.walks(c.0, at_s));
+            let takes_s = walking.map(|c| c.1).max();
             let was = self.walks[index];
             let pushes: Vec<f64> =
                 crossings.iter().flat_map(|c| pedestrians.take_calls(c.0)).collect();
             // Who comes while others walk goes with them.
-            if !(walks && was.is_some_and(|(_, is_walk)| is_walk)) {
+            if !(takes_s.is_some() && was.is_some_and(|(_, is_walk, _)| is_walk)) {
                 for push_s in pushes {
                     let push_ds = tenths(push_s);
                     self.write(push_ds, code::BUTTON_ON, number);
@@ -404,26 +408,27 @@ impl Logger {
                     self.write(push_ds + PULSE_DS, code::BUTTON_OFF, number);
                 }
             }
-            let ends_ds =
-                |since_ds: i64| since_ds + i64::from(takes_s.max(WALK_S)) * DS_PER_S as i64;
-            match (was, walks) {
-                (None, true) => {
+            match (was, takes_s) {
+                (None, Some(takes_s)) => {
                     self.write(at_ds, code::BEGIN_WALK, number);
-                    self.walks[index] = Some((at_ds, true));
+                    self.walks[index] = Some((at_ds, true, takes_s));
                 }
-                (Some((since_ds, true)), false) => {
+                (Some((since_ds, true, lasts_s)), Some(takes_s)) => {
+                    self.walks[index] = Some((since_ds, true, lasts_s.max(takes_s)));
+                }
+                (Some((since_ds, true, lasts_s)), None) => {
                     self.write(at_ds, code::BEGIN_CLEARANCE, number);
-                    self.walks[index] = Some((since_ds, false));
+                    self.walks[index] = Some((since_ds, false, lasts_s));
                 }
-                (Some((_, false)), true) => {
+                (Some((_, false, _)), Some(takes_s)) => {
                     self.write(at_ds, code::DONT_WALK, number);
                     self.write(at_ds, code::BEGIN_WALK, number);
-                    self.walks[index] = Some((at_ds, true));
+                    self.walks[index] = Some((at_ds, true, takes_s));
                 }
-                _ => {}
+                (None | Some((_, false, _)), None) => {}
             }
-            if let Some((since_ds, false)) = self.walks[index]
-                && at_ds >= ends_ds(since_ds)
+            if let Some((since_ds, false, lasts_s)) = self.walks[index]
+                && at_ds >= since_ds + i64::from(lasts_s.max(WALK_S)) * DS_PER_S as i64
             {
                 self.write(at_ds, code::DONT_WALK, number);
                 self.walks[index] = None;

@@ -7,12 +7,14 @@
 //! When WALK begins is up to what drives the signal:
 //! - **the cabinet**, which a controller's decisions drive, and **two rings**: when a green that serves a waiting
 //!   crosswalk begins, or at once if it is green and may still last as long as it takes;
-//! - **a program**: whenever greens that serve the crosswalk begin, since its cycle lets pedestrians cross every time.
+//! - **a program**: when greens in a row that serve the crosswalk begin, if they leave it enough time; see
+//!   [`Timing::walks`].
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
-use crate::timing::{Timing, WALK_S};
+use crate::sim::Program;
+use crate::timing::{Timing, WALK_S, Walk};
 use basics::seed;
 use basics::units::SECONDS_PER_HOUR;
 
@@ -27,7 +29,7 @@ struct Crossing {
     to_come: Vec<f64>,
     /// When those came who wait, in their order.
     waiting: Vec<f64>,
-    /// Time since WALK began under a program; none while nobody can cross.
+    /// Time since WALK began under a program; none while nobody may walk.
     walk_s: Option<u32>,
     /// When those came to whom nobody was waiting, since somebody asked, seconds.
     calls: Vec<f64>,
@@ -40,6 +42,10 @@ struct Crossing {
 pub struct Pedestrians {
     crossings: Vec<Crossing>,
     totals: PedestrianTotals,
+    /// Of the program, per crosswalk what each phase is to it; empty before its first second.
+    walks: Vec<Vec<Walk>>,
+    /// The phase of the program in the last second.
+    phase: Option<usize>,
 }
 
 /// How many there were, and how long they waited.
@@ -79,10 +85,7 @@ impl Pedestrians {
             to_come.reverse();
             Crossing { to_come, ..Crossing::default() }
         };
-        Self {
-            crossings: crossings.iter().map(crossing).collect(),
-            totals: PedestrianTotals::default(),
-        }
+        Self { crossings: crossings.iter().map(crossing).collect(), ..Self::default() }
     }
 
     /// Returns those who come to each crosswalk at these times.
@@ -140,12 +143,26 @@ impl Pedestrians {
         }
     }
 
-    /// Takes in what a program shows for the next second.
-    pub fn second_of_program(&mut self, shown: &str, timing: &Timing, now_s: f64) {
+    /// Takes in the phase that a program shows for the next second.
+    pub fn second_of_program(
+        &mut self,
+        phase: usize,
+        program: &Program,
+        timing: &Timing,
+        now_s: f64,
+    ) {
+        if self.walks.is_empty() {
+            self.walks = walks(program, timing, self.crossings.len());
+        }
+        let is_new = self.phase.replace(phase) != Some(phase);
         for crossing in 0..self.crossings.len() {
-            let serves = timing.serves_crossing(shown, crossing);
+            let walk = self.walks[crossing].get(phase).copied().unwrap_or(Walk::No);
             let walk_s = &mut self.crossings[crossing].walk_s;
-            *walk_s = serves.then(|| walk_s.map_or(0, |s| s + 1));
+            *walk_s = match walk {
+                Walk::No => None,
+                Walk::Begins if is_new => Some(0),
+                Walk::Begins | Walk::GoesOn => walk_s.map(|s| s + 1),
+            };
             if walk_s.is_some_and(|s| s < WALK_S) {
                 self.go(crossing, now_s);
             }
@@ -160,11 +177,29 @@ impl Pedestrians {
     }
 }
 
+/// Returns per crosswalk what each phase of a program is to it. Phases that the program never comes to do not count.
+fn walks(program: &Program, timing: &Timing, crossings: usize) -> Vec<Vec<Walk>> {
+    let all = program.phases.iter().enumerate();
+    let (places, shown): (Vec<usize>, Vec<(&str, f64)>) = all
+        .filter(|(_, phase)| phase.is_reached)
+        .map(|(place, phase)| (place, (phase.state.as_str(), phase.min_s)))
+        .unzip();
+    let of = |crossing: usize| {
+        let mut walks = vec![Walk::No; program.phases.len()];
+        for (place, walk) in places.iter().zip(timing.walks(&shown, crossing)) {
+            walks[*place] = walk;
+        }
+        walks
+    };
+    (0..crossings).map(of).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::env::signal::testing::signal;
     use crate::settings::SignalSettings;
+    use crate::sim::{ProgramKind, ProgramPhase};
 
     fn hours(hours: f64, seed: u64, per_hour: f64) -> Pedestrians {
         let crossings = [Some(("a", per_hour)), None, Some(("b", per_hour))];
@@ -195,12 +230,14 @@ mod tests {
         let settings = SignalSettings { pedestrians: true, ..SignalSettings::default() };
         let timing = signal(&settings).timing;
         let mut pedestrians = Pedestrians::of(&[&[3.0, 15.0, 25.0], &[]]);
+        let phases = vec![ProgramPhase::fixed("Gr", 10.0), ProgramPhase::fixed("rG", 20.0)];
+        let program = Program::new("p", ProgramKind::Static, phases);
         // The first approach waits from 10 s on: 7 s of walk.
         for second in 0..30 {
             let now_s = f64::from(second);
             pedestrians.arrive(now_s);
-            let shown = if second < 10 { "Gr" } else { "rG" };
-            pedestrians.second_of_program(shown, &timing, now_s);
+            let phase = usize::from(second >= 10);
+            pedestrians.second_of_program(phase, &program, &timing, now_s);
         }
         // From 3 to 10 s, not at all, and from 25 s to the end.
         assert_eq!(pedestrians.finish(30.0), PedestrianTotals { count: 3, wait_s: 12.0 });

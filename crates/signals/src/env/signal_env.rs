@@ -606,9 +606,8 @@ impl<S: Sim> SignalEnv<S> {
             };
             pedestrians.arrive(at_s);
             let phase = self.snapshot.phases[i] as usize;
-            if let Some(phase) = running.program.phases.get(phase) {
-                pedestrians.second_of_program(&phase.state, &self.signals[i].timing, at_s);
-            }
+            let timing = &self.signals[i].timing;
+            pedestrians.second_of_program(phase, &running.program, timing, at_s);
         }
         Ok(())
     }

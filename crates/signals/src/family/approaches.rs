@@ -26,7 +26,8 @@ pub use approach::{Approach, Intersection};
 pub use arms::{ARMS, check_arms};
 use basics::units::KMH_TO_MPH;
 pub use counted::{
-    Arrivals, Counted, MANNERS, MOST_PEDESTRIANS_PER_H, MOST_VPH, PEDESTRIANS, VOLUMES,
+    Arrivals, Counted, EXITS, MANNERS, MOST_EXITS, MOST_PEDESTRIANS_PER_H, MOST_VPH, PEDESTRIANS,
+    VOLUMES,
 };
 use evaluation::family::columns::{Columns, at};
 use evaluation::family::error::FamilyError;
@@ -92,7 +93,8 @@ fn read_with(
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
     let header_line = sheet.header_line();
-    let known = [&COLUMNS[..], &STORAGE, &[PERIOD], &VOLUMES, &MANNERS, &[PEDESTRIANS]].concat();
+    let optional: [&[&str]; 5] = [&STORAGE, &[PERIOD], &VOLUMES, &MANNERS, &[PEDESTRIANS, EXITS]];
+    let known = [&COLUMNS[..], &optional.concat()].concat();
     let columns = Columns::find(sheet.headers(), &COLUMNS)
         .and_then(|columns| columns.only(&known).map(|()| columns))
         .map_err(|message| fail(Fault::new(header_line, message)))?;

@@ -25,6 +25,7 @@ use super::intersection::IntersectionSpec;
 use super::link::link;
 use super::net_file::NetFile;
 use super::netconvert::Netconvert;
+use super::retime::buttons;
 use super::validate::validate;
 use crate::network::error::NetworkError;
 use crate::network_files::{FILE_ENDINGS, NetworkFiles, TEMPORARY, file_name};
@@ -313,8 +314,7 @@ fn spec_hash(
         actions: Actions::OwnGreens,
         delta_time_s: 0,
         detection_m: 0.0,
-        // Fixed cycles let pedestrians cross every time.
-        pedestrian_calls_per_h: None,
+        pedestrian_calls_per_h: buttons(spec, signal),
         ..signal.clone()
     };
     let inputs = Inputs { generator, spec, network, demand, signal };
@@ -323,7 +323,7 @@ fn spec_hash(
 
 #[cfg(test)]
 mod tests {
-    use super::super::movements::shapes::cross;
+    use super::super::movements::shapes::{cross, star};
     use super::*;
 
     #[test]
@@ -363,6 +363,21 @@ mod tests {
         let longer = SignalSettings { yellow_time_s: 4, ..signal.clone() };
         assert_eq!(hash(&signal), hash(&faster));
         assert_ne!(hash(&signal), hash(&longer));
+    }
+
+    #[test]
+    fn push_buttons_time_the_default_program_only_where_an_approach_has_no_opposite_one() {
+        let hash = |spec: &IntersectionSpec, pedestrian_calls_per_h| {
+            let signal = SignalSettings {
+                pedestrians: true,
+                pedestrian_calls_per_h,
+                ..SignalSettings::default()
+            };
+            spec_hash(spec, &NetworkSettings::default(), &DemandSettings::default(), &signal)
+        };
+        assert_eq!(hash(&cross(), None), hash(&cross(), Some(20.0)));
+        assert_ne!(hash(&star(5), None), hash(&star(5), Some(20.0)));
+        assert_eq!(hash(&star(5), Some(10.0)), hash(&star(5), Some(20.0)));
     }
 
     #[test]

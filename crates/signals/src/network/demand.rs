@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 use super::bays::{Storage, pieces};
 use super::error::NetworkError;
 use super::intersection::IntersectionSpec;
-use super::movements::{ArmMovement, incoming_edge, movements};
+use super::movements::{ArmMovement, exits, incoming_edge, movements};
 use super::peak::{peaked_s, quartered_s};
 use super::plain::SIGNAL;
 use crate::family::approaches::{Arrivals, Counted};
@@ -161,7 +161,7 @@ impl DemandSpec {
     /// Returns the demand of an intersection: a stream per incoming arm.
     ///
     /// The turn shares are renormalised over the turns that the arm has; several exits of the same
-    /// turn share its part equally. Where all turns of an arm have the share 0, they are equally
+    /// turn share its part equally, unless vehicles were counted by exit. Where all turns of an arm have the share 0, they are equally
     /// likely. The shares are as on the ground. An arm whose turns were counted has the shares, the heavy vehicles and
     /// the quarter hours that were counted.
     ///
@@ -197,7 +197,7 @@ impl DemandSpec {
                 pedestrians_per_h: counted.and_then(|c| c.pedestrians_per_h),
                 depart_lane: DEPART_LANE.to_owned(),
                 depart_speed: DEPART_SPEED.to_owned(),
-                routes: routes(&own, weight),
+                routes: routes(&own, by_exit(spec, i, &own).as_deref(), weight),
             })
         };
         let inflows = spec.arms.iter().map(|a| a.inflow_vph).enumerate();
@@ -382,12 +382,39 @@ fn every_turn_exists(
     Ok(())
 }
 
-/// Returns the destinations of movements by the weights of their turns.
-fn routes(movements: &[ArmMovement], weight_of: impl Fn(Turn) -> f64) -> Vec<RouteShare> {
-    let weight = |m: &ArmMovement| {
-        weight_of(m.turn) / movements.iter().filter(|o| o.turn == m.turn).count() as f64
+/// Returns the vehicles per hour that were counted to the destination of each movement of an arm; `None` where nobody
+/// counted them by exit.
+fn by_exit(spec: &IntersectionSpec, arm: usize, own: &[ArmMovement]) -> Option<Vec<f64>> {
+    let exits = exits(&spec.arms, arm);
+    let mut vph = spec.arms[arm].counted?.exits_vph?.to_vec();
+    vph.truncate(exits.len());
+    // On the ground the leftmost exit is the first, and in the mirror the last.
+    if !spec.side.is_right() {
+        vph.reverse();
+    }
+    let to = |m: &ArmMovement| {
+        let exit = exits.iter().position(|exit| exit.to == m.to);
+        exit.and_then(|exit| vph.get(exit)).copied().unwrap_or_default()
     };
-    let mut weights: Vec<_> = movements.iter().map(weight).collect();
+    Some(own.iter().map(to).collect())
+}
+
+/// Returns the destinations of movements by the weights of their turns. Several of one turn divide its weight as
+/// vehicles were counted by exit, else equally.
+fn routes(
+    movements: &[ArmMovement],
+    by_exit: Option<&[f64]>,
+    weight_of: impl Fn(Turn) -> f64,
+) -> Vec<RouteShare> {
+    let weight = |(i, m): (usize, &ArmMovement)| {
+        let same = || (0..movements.len()).filter(|o| movements[*o].turn == m.turn);
+        let sum: f64 = by_exit.map_or(0.0, |vph| same().map(|o| vph[o]).sum());
+        match by_exit {
+            Some(vph) if sum > 0.0 => weight_of(m.turn) * vph[i] / sum,
+            _ => weight_of(m.turn) / same().count() as f64,
+        }
+    };
+    let mut weights: Vec<_> = movements.iter().enumerate().map(weight).collect();
     if weights.iter().sum::<f64>() <= 0.0 {
         weights.fill(1.0);
     }
@@ -461,6 +488,7 @@ mod tests {
             arrivals: Some(Arrivals::QuarterHours([100.0, 200.0, 0.0, 100.0])),
             heavy_vehicles: Some(1.0),
             pedestrians_per_h: None,
+            exits_vph: None,
         });
         arm.inflow_vph = left + through + right;
         spec
@@ -484,6 +512,22 @@ mod tests {
             assert!((*quarter - expected).abs() < 130, "{quarters:?}");
         }
         assert!(long.vehicles(1).iter().all(|v| v.stream == 0 || !v.is_heavy));
+    }
+
+    #[test]
+    fn vehicles_that_were_counted_by_exit_go_there() {
+        // From the arm in the north two exits on the left, one ahead and one on the right.
+        let mut spec = counted(star(5), [80.0, 20.0, 0.0]);
+        if let Some(counted) = &mut spec.arms[0].counted {
+            counted.exits_vph = Some([60.0, 20.0, 20.0, 0.0, 0.0]);
+        }
+        assert_eq!(shares(&spec, 0), [0.6, 0.2, 0.2, 0.0]);
+        // In the mirror of left-hand traffic the last exit on the ground is the first.
+        spec.side = osm_signals::DrivingSide::Left;
+        if let Some(counted) = &mut spec.arms[0].counted {
+            counted.exits_vph = Some([0.0, 20.0, 20.0, 60.0, 0.0]);
+        }
+        assert_eq!(shares(&spec, 0), [0.6, 0.2, 0.2, 0.0]);
     }
 
     #[test]

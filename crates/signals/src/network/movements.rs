@@ -117,7 +117,7 @@ pub fn opposite(all: &[ArmMovement], arm: usize) -> Option<usize> {
 }
 
 /// Returns the movements that geometry allows from one arm, leftmost first.
-fn exits(arms: &[Arm], from: usize) -> Vec<ArmMovement> {
+pub(super) fn exits(arms: &[Arm], from: usize) -> Vec<ArmMovement> {
     let others = arms.iter().enumerate().filter(|(to, arm)| *to != from && arm.lanes_out > 0);
     let exits = turn::exits(arms[from].bearing_deg, others.map(|(to, arm)| (to, arm.bearing_deg)));
     exits.into_iter().map(|(to, turn)| ArmMovement { from, to, turn }).collect()

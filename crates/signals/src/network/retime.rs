@@ -5,13 +5,13 @@
 //! least or more than its longest green; where these do not fit, the cycle is another one. Yellow and
 //! all-red are ours: netconvert's, which it gives wide and slow junctions, are left out.
 
-use super::intersection::IntersectionSpec;
+use super::intersection::{Arm, IntersectionSpec};
 use super::lanes::LaneLayout;
 use super::phases::ProgramPhase;
 use super::plain::LANE_WIDTH_M;
 use crate::control::webster::fill;
 use crate::settings::{NetworkSettings, SignalSettings};
-use crate::timing::{Approach, Timing, Way};
+use crate::timing::{Approach, Timing, Way, has_unopposed};
 
 /// Returns the limits of an intersection's signal.
 ///
@@ -39,7 +39,19 @@ pub fn timing(
         vec![Way { approach, turn: movement.turn }]
     };
     let links = movement_of_link.iter().map(way).collect();
-    Timing::new(settings, incoming.iter().map(approach).collect(), links)
+    let settings =
+        SignalSettings { pedestrian_calls_per_h: buttons(spec, settings), ..settings.clone() };
+    Timing::new(&settings, incoming.iter().map(approach).collect(), links)
+}
+
+/// Returns the push buttons that the default program depends on: `None` but where an approach without an opposite one
+/// has an arrow because people push them. Elsewhere fixed cycles let pedestrians cross every time.
+pub fn buttons(spec: &IntersectionSpec, settings: &SignalSettings) -> Option<f64> {
+    let incoming = spec.arms.iter().filter(|arm| arm.lanes_in > 0);
+    let headings_deg: Vec<f64> = incoming.map(|arm| arm.bearing_deg + 180.0).collect();
+    let walks = |arm: &Arm| arm.counted.is_some_and(|counted| counted.pedestrians_per_h.is_some());
+    let pushes = settings.pedestrian_calls_per_h.is_some() || spec.arms.iter().any(walks);
+    (settings.pedestrians && pushes && has_unopposed(&headings_deg)).then_some(0.0)
 }
 
 /// Returns netconvert's program within the limits.

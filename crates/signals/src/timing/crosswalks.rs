@@ -13,6 +13,10 @@ pub const WALK_S: u32 = 7;
 /// Speed of pedestrians, metres per second (HCM, MUTCD: 3.5 ft/s).
 const WALKING_MPS: f64 = 1.067;
 
+/// Approaches up to which a left turn without an opposite approach has no arrow: those of a T and of a Y, where it is
+/// what its green is for, and yields to those who walk.
+const LEGS_OF_A_T: usize = 3;
+
 /// Angle from which approaches are opposite, degrees: beyond [`CROSSING_DEG`].
 const OPPOSITE_DEG: f64 = 150.0;
 
@@ -64,18 +68,14 @@ impl Timing {
             && !self.is_left_only(shown)
     }
 
-    /// Returns walk and clearance that pedestrians need beside what is shown, seconds: of the crosswalks that take no longer
-    /// than that lasts, the one that takes longest; `None` without any.
-    pub fn walk_within(&self, shown: &str, lasts_s: f64) -> Option<[u32; 2]> {
-        let served =
-            (0..self.crossings()).filter(|crossing| self.serves_crossing(shown, *crossing));
-        let takes_s = served.map(|crossing| self.crossing_s(crossing));
-        let longest_s = takes_s.filter(|s| f64::from(*s) <= lasts_s).max()?;
-        Some([WALK_S, longest_s - WALK_S])
-    }
-
     /// Whether vehicles of an approach that turn like this are in the way of those who cross another one.
-    fn is_in_the_way(&self, from: usize, turn: Turn, letter: char, crossed: usize) -> bool {
+    pub(super) fn is_in_the_way(
+        &self,
+        from: usize,
+        turn: Turn,
+        letter: char,
+        crossed: usize,
+    ) -> bool {
         if from == crossed {
             return turn != Turn::Right;
         }
@@ -88,8 +88,10 @@ impl Timing {
             Turn::Left => {
                 let opposed =
                     (0..self.approaches.len()).any(|o| angle(from, o).abs() >= OPPOSITE_DEG);
+                let has_arrow =
+                    opposed || self.counts_unopposed_arrows && self.approaches.len() > LEGS_OF_A_T;
                 // Yellow tells nothing of the green before it.
-                letter != 'g' && opposed && CROSSING_DEG.contains(&angle(from, crossed))
+                letter != 'g' && has_arrow && CROSSING_DEG.contains(&angle(from, crossed))
             }
         }
     }
@@ -173,6 +175,17 @@ impl Timing {
     }
 }
 
+/// Whether more approaches than those of a T meet, and one of them has no opposite approach.
+///
+/// # Arguments
+///
+/// * `headings_deg` — directions of travel of the approaches, degrees clockwise from north.
+pub fn has_unopposed(headings_deg: &[f64]) -> bool {
+    let is_opposed =
+        |from: &f64| headings_deg.iter().any(|o| turn_degrees(*from, *o).abs() >= OPPOSITE_DEG);
+    headings_deg.len() > LEGS_OF_A_T && !headings_deg.iter().all(is_opposed)
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::tests::{LEFT, OTHER, THROUGH, cross, field};
@@ -236,19 +249,22 @@ mod tests {
     }
 
     #[test]
-    fn a_phase_has_walk_and_clearance_where_they_fit_into_its_shortest_time() {
-        let timing = cross(&field());
-        assert_eq!(timing.walk_within(THROUGH, 19.0), Some([7, 12]));
-        assert_eq!(timing.walk_within(THROUGH, 18.0), None);
-        assert_eq!(timing.walk_within(LEFT, 60.0), None);
-        // One that takes longer waits for another phase.
-        let mut wide = cross(&field());
-        wide.approaches[1].width_m = 30.0;
-        assert_eq!(wide.crossing_s(1), 36);
-        assert_eq!(wide.walk_within(THROUGH, 35.0), Some([7, 12]));
-        assert_eq!(wide.walk_within(THROUGH, 36.0), Some([7, 29]));
-        let without = cross(&SignalSettings { pedestrians: false, ..field() });
-        assert_eq!(without.walk_within(THROUGH, 60.0), None);
+    fn nobody_crosses_before_the_arrow_of_a_fifth_leg() {
+        let five = |settings: &SignalSettings| {
+            let mut timing = cross(settings);
+            let north_east = Approach { heading_deg: 225.0, ..timing.approaches[0] };
+            timing.approaches.push(north_east);
+            timing.links.push(vec![Way { approach: 4, turn: Turn::Left }]);
+            Timing::new(settings, timing.approaches, timing.links)
+        };
+        let served = |timing: &Timing| {
+            let shown = "rrrrrrrrrrrrG";
+            (0..4).filter(|a| timing.serves_crossing(shown, *a)).collect::<Vec<_>>()
+        };
+        let pressed = SignalSettings { pedestrian_calls_per_h: Some(20.0), ..field() };
+        // Its left turns go into the streets in the east and the south.
+        assert_eq!(served(&five(&pressed)), [0, 3]);
+        assert_eq!(served(&five(&field())), [0, 1, 2, 3], "published results have recall");
     }
 
     #[test]

@@ -4,7 +4,8 @@
 //!   directions, else by compass.
 //! - Left, through and right are the turns that the bearings of the arms make. A turn that was counted exists, also where
 //!   `movements` lacks it. Turns without an exit of their name go to the exits that nobody was counted for, from left to
-//!   right, where these are as many.
+//!   right, where these are as many. Where a street bends, the three turns of an approach lead to its three exits in their
+//!   order if the names of directions say the same; see [`exits`](super::exits).
 //! - Pedestrians of `NB` cross the arm that northbound vehicles come from. Those of no direction are divided equally among the
 //!   arms that lead to the signal. More than a table may have are cut.
 //! - U-turns count as the turns across opposing traffic: to the left, or in left-hand traffic to the right. Deviation:
@@ -21,6 +22,7 @@ use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
 use super::clock::DAY_MIN;
+use super::exits::{Directions, by_turn};
 use super::header::{Heading, Towards};
 use super::hour::{Hour, Interval, Unfit, busiest};
 use super::matching::matched_arms;
@@ -70,6 +72,8 @@ struct Said {
     either_way: Vec<String>,
     added: Vec<String>,
     renamed: Vec<String>,
+    bent: Vec<String>,
+    elsewhere: Vec<String>,
     no_exit: Vec<String>,
     u_turns: Vec<String>,
     not_counted: Vec<String>,
@@ -389,11 +393,19 @@ impl Said {
                 continue;
             };
             let others = (0..arms.len()).filter(|i| *i != arm && arms[*i].lanes_out > 0);
-            let ways: Vec<Turn> =
-                exits_on(side, arms[arm].bearing_deg, others.map(|i| (i, arms[i].bearing_deg)))
-                    .into_iter()
-                    .map(|(_, turn)| turn)
-                    .collect();
+            let exits =
+                exits_on(side, arms[arm].bearing_deg, others.map(|i| (i, arms[i].bearing_deg)));
+            let directions = Directions { headings: &headings, arms: &matched.arms };
+            let is_named = directions.name_exits(*heading, &exits);
+            let mut ways: Vec<Turn> = exits.iter().map(|(_, turn)| *turn).collect();
+            if is_named {
+                ways = TURNS.to_vec();
+            } else if let Some(other) =
+                directions.ahead(*heading, &exits).filter(|_| volumes[1] > 0.0)
+            {
+                let from = format!("where {other} comes from");
+                self.elsewhere.push(format!("{}: {:.0} veh/h to {from}", at(*heading), volumes[1]));
+            }
             self.fit(&mut volumes, &ways, &at(*heading));
             if back > 0.0 && ways.contains(&across) {
                 volumes[across as usize] += back;
@@ -402,6 +414,16 @@ impl Said {
                 self.no_exit.push(format!("{} U-turn: {back:.0} veh/h", at(*heading)));
             }
             self.look_at_exits(hour, *heading, &volumes, &ways, &at(*heading));
+            let mut exits_vph = None;
+            if is_named {
+                let (by_bearings, by_exit) = by_turn(volumes, &exits);
+                let words = |[left, through, right]: [f64; 3]| {
+                    format!("{left:.0} left, {through:.0} through, {right:.0} right")
+                };
+                let (told, drawn) = (words(volumes), words(by_bearings));
+                self.bent.push(format!("{}: {told} are {drawn}", at(*heading)));
+                (volumes, exits_vph) = (by_bearings, Some(by_exit));
+            }
             self.add_letters(&mut arms[arm], &volumes, &at(*heading));
             arms[arm].counted = Some(Counted {
                 left_vph: volumes[0],
@@ -410,6 +432,7 @@ impl Said {
                 arrivals: quarters(hour, *heading, volumes.iter().sum()),
                 heavy_vehicles: hour.heavy.get(heading).copied(),
                 pedestrians_per_h: None,
+                exits_vph,
             });
         }
         // Those of a network in UTDF stay where nobody counted others.
@@ -566,6 +589,14 @@ impl Said {
             (
                 "counted turns are given to exits from left to right, because bearings call them otherwise",
                 self.renamed,
+            ),
+            (
+                "streets bend, so bearings call turns otherwise; the vehicles go to the exits that the names of directions say",
+                self.bent,
+            ),
+            (
+                "vehicles that go straight on leave by a street of another direction; compare bearing_deg and the counts",
+                self.elsewhere,
             ),
             ("counted turns have no exit, and their vehicles are not simulated", self.no_exit),
             (u_turns.as_str(), self.u_turns),

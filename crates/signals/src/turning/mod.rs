@@ -7,6 +7,7 @@
 
 pub mod clock;
 mod days;
+mod exits;
 pub mod header;
 pub mod hour;
 mod join;

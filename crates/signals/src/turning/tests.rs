@@ -179,6 +179,24 @@ fn what_was_not_counted_or_has_several_exits_is_said() {
 }
 
 #[test]
+fn a_street_that_bends_keeps_its_through_traffic() {
+    let bent = table(&[("7", &[(50.0, ""), (110.0, ""), (180.0, ""), (270.0, "")])]);
+    let text = "INTID,NBL,NBT,NBR,SBL,SBT,SBR,EBL,EBT,EBR,WBL,WBT,WBR\n7,100,400,50,60,300,40,1,2,3,4,5,6\n";
+    let joined = counts(text).into_approaches(&bent, &[], RIGHT).unwrap();
+    assert_eq!(volumes(&joined)[2], Some([100.0, 0.0, 450.0]));
+    assert_eq!(volumes(&joined)[0], Some([360.0, 40.0, 0.0]));
+    let exits = |arm: usize| joined.approaches[arm].counted.unwrap().exits_vph;
+    assert_eq!(exits(2), Some([100.0, 400.0, 50.0, 0.0, 0.0]));
+    assert_eq!(exits(0), Some([60.0, 300.0, 40.0, 0.0, 0.0]));
+    let said = doubts(&joined);
+    assert!(said.contains("streets bend") && !said.contains("have no exit"), "{said}");
+    // Without the other directions only bearings say where vehicles go.
+    let alone = counts("INTID,SBL,SBT,SBR,EBT\n7,60,300,40,2\n");
+    let said = doubts(&alone.into_approaches(&bent, &[], RIGHT).unwrap());
+    assert!(said.contains("SB: 300 veh/h to where EB comes from"), "{said}");
+}
+
+#[test]
 fn mornings_and_evenings_may_be_in_files_of_their_own() {
     let mut both = counts("Time,INTID,NBL,NBT,NBR\n07:00,7,1,100,1\n08:00,7,1,90,1\n");
     both.add(b"Time,INTID,NBL,NBT,NBR\n16:00,7,1,200,1\n17:00,7,1,90,1\n", "d.csv").unwrap();

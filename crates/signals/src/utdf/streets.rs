@@ -7,8 +7,8 @@
 //! - **Lanes** are those of the lane groups. Lanes of a left or right group are turn lanes where a through group exists.
 //!   Lanes that lead away are those of the link in the other direction, or as many as the movements into it have exits.
 //! - **Volumes** are those of the file times its growth, with the peak hour factor and the heavy vehicles of its
-//!   movements. A movement is the turn that leads to its destination. Deviation: of several destinations to one side
-//!   each gets the same share.
+//!   movements. A movement is the turn that leads to its destination. Several destinations of one turn have their own
+//!   volumes. Deviation: where movements have no destination, exits of one turn get the same share.
 //! - **Control** has no part in an intersection; see [`plans`](super::plans). A free right turn is a lane at the signal.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -23,8 +23,8 @@ use super::plans::Names;
 use super::tables::{Cell, Cells, Fault, Node, Records, SETTINGS, START};
 use crate::existing::{NamedPlan, Plans};
 use crate::family::approaches::{
-    self, Approach, Arrivals, Counted, Intersection, MOST_PEDESTRIANS_PER_H, MOST_VPH, check_arms,
-    gathered,
+    self, Approach, Arrivals, Counted, Intersection, MOST_EXITS, MOST_PEDESTRIANS_PER_H, MOST_VPH,
+    check_arms, gathered,
 };
 use crate::family::doubts::Doubt;
 use crate::settings::MIN_PEAK_HOUR_FACTOR;
@@ -622,6 +622,42 @@ impl Ways<'_> {
             None => named(m.turn),
         }
     }
+
+    /// Returns the exits of a movement, as positions in [`Self::exits`]: that of its destination, else all of its turn. A
+    /// U-turn has the first exit of its turn.
+    fn exits_of(&self, m: &Movement) -> Vec<usize> {
+        let Some(turn) = self.turn(m) else { return Vec::new() };
+        let of_turn: Vec<usize> =
+            (0..self.exits.len()).filter(|exit| self.exits[*exit].1 == turn).collect();
+        let Some(to) = &m.to else { return of_turn };
+        let leads_there = |exit: &usize| self.ids[self.exits[*exit].0] == to;
+        let there = of_turn.iter().copied().find(leads_there);
+        there.or_else(|| of_turn.first().copied()).into_iter().collect()
+    }
+
+    /// Returns the vehicles per hour of movements by exit, and the turns whose vehicles several exits divide equally.
+    fn by_exit(&self, own: &[&Movement]) -> ([f64; MOST_EXITS], BTreeMap<Turn, f64>) {
+        let mut exits_vph = [0.0; MOST_EXITS];
+        let mut divided: BTreeMap<Turn, f64> = BTreeMap::new();
+        for m in own.iter().filter(|m| m.volume_vph > 0.0) {
+            let exits = self.exits_of(m);
+            for exit in &exits {
+                // More exits than a network may have are refused with the intersection.
+                if let Some(vph) = exits_vph.get_mut(*exit) {
+                    *vph += m.volume_vph / exits.len() as f64;
+                }
+            }
+            if let Some(turn) = self.turn(m).filter(|_| exits.len() > 1) {
+                *divided.entry(turn).or_default() += m.volume_vph;
+            }
+        }
+        (exits_vph, divided)
+    }
+
+    /// Whether several exits have a turn.
+    fn has_several(&self, turn: Turn) -> bool {
+        self.exits.iter().filter(|(_, t)| *t == turn).count() > 1
+    }
 }
 
 impl Movement {
@@ -702,12 +738,11 @@ fn give(arm: &mut Approach, own: &[&Movement], ways: &Ways<'_>, said: &mut Said)
         peaks += m.volume_vph / m.peak_hour_factor.unwrap_or(1.0);
         heavy += m.volume_vph * m.heavy.unwrap_or_default();
     }
-    for (turn, volume) in &volumes {
-        let exits = ways.exits.iter().filter(|(_, t)| t == turn).count();
-        if exits > 1 && *volume > 0.0 {
-            said.several_exits.push(format!("{at} {} {}: {volume:.0} veh/h", arm.arm, turn.name()));
-        }
+    let (exits_vph, divided) = ways.by_exit(own);
+    for (turn, volume) in &divided {
+        said.several_exits.push(format!("{at} {} {}: {volume:.0} veh/h", arm.arm, turn.name()));
     }
+    let several = volumes.iter().any(|(turn, vph)| *vph > 0.0 && ways.has_several(*turn));
     arm.movements = ['l', 's', 'r'].into_iter().filter(|letter| letters.contains(letter)).collect();
     let vph = |turn| volumes.get(&turn).copied().unwrap_or_default();
     let has_factor = own.iter().any(|m| m.peak_hour_factor.is_some()) && total > 0.0;
@@ -719,6 +754,7 @@ fn give(arm: &mut Approach, own: &[&Movement], ways: &Ways<'_>, said: &mut Said)
         arrivals: has_factor.then(|| Arrivals::PeakHourFactor((total / peaks * 1e4).round() / 1e4)),
         heavy_vehicles: has_heavy.then(|| (heavy / total * 1e4).round() / 1e4),
         pedestrians_per_h: None,
+        exits_vph: several.then_some(exits_vph),
     });
 }
 

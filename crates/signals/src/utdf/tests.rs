@@ -192,6 +192,8 @@ fn lanes_and_volumes_follow_the_destination_and_not_the_name() {
     assert_eq!((arm.left_turn_lanes, arm.right_turn_lanes, arm.lanes_in), (0, 2, 3));
     let counted = arm.counted.unwrap();
     assert_eq!((counted.left_vph, counted.through_vph, counted.right_vph), (0.0, 80.0, 355.0));
+    // Both exits on the right keep the vehicles that the file has for them.
+    assert_eq!(counted.exits_vph, Some([80.0, 310.0, 45.0, 0.0, 0.0]));
     let said = said(&converted);
     assert!(
         said.contains("lead elsewhere than their names say")

@@ -9,12 +9,14 @@
 //! | `quarter_hours` | vehicles in each quarter of the hour, such as `110 140 130 120` |
 //! | `heavy_vehicles` | share of heavy vehicles, from 0 to 1 |
 //! | `pedestrians_per_h` | people per hour who cross this arm |
+//! | `exits_vph` | vehicles per hour to each exit, leftmost first, such as `80 310 45`; exits at the end that are left out have none |
 //!
 //! A counted approach is simulated as it was counted: neither the share of the hour nor the peak direction, the cap,
 //! the minimum or the turn shares of the settings apply to it.
 
 use evaluation::family::columns::Columns;
 use evaluation::settings::within;
+use osm_signals::intersections::MAX_ARMS;
 use osm_signals::{DrivingSide, Turn};
 use serde::{Deserialize, Serialize};
 use sheet::Row;
@@ -29,6 +31,12 @@ pub const MANNERS: [&str; 3] = ["peak_hour_factor", "quarter_hours", "heavy_vehi
 
 /// Column of those who walk.
 pub const PEDESTRIANS: &str = "pedestrians_per_h";
+
+/// Column of vehicles by exit.
+pub const EXITS: &str = "exits_vph";
+
+/// Most exits of an approach.
+pub const MOST_EXITS: usize = MAX_ARMS - 1;
 
 /// Most people of a crosswalk, per hour, as many as `signal.pedestrian_calls_per_h` may be.
 pub const MOST_PEDESTRIANS_PER_H: f64 = 3600.0;
@@ -59,6 +67,10 @@ pub struct Counted {
     /// People per hour who cross the arm; `None`: as the settings say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pedestrians_per_h: Option<f64>,
+    /// Vehicles per hour to each other arm that leads away, leftmost first as on the ground, then 0; `None`: exits of one
+    /// turn have equal parts of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exits_vph: Option<[f64; MOST_EXITS]>,
 }
 
 /// When the vehicles of an approach come within the hour.
@@ -72,7 +84,7 @@ pub enum Arrivals {
 }
 
 impl Counted {
-    /// Returns what was counted, which is as on the ground, as right-hand traffic would have it.
+    /// Returns what was counted, which is as on the ground, as right-hand traffic would have it. Exits stay in their order.
     #[must_use]
     pub fn as_right_hand(self, side: DrivingSide) -> Self {
         let (left_vph, right_vph) = side.swapped((self.left_vph, self.right_vph));
@@ -117,7 +129,7 @@ impl Arrivals {
 pub(super) fn counted(row: &Row, columns: &Columns) -> Result<Option<Counted>, String> {
     let given = |name: &str| columns.get(name).is_some_and(|at| !row.text(at).is_empty());
     if !VOLUMES.iter().any(|name| given(name)) {
-        return match MANNERS.iter().chain([&PEDESTRIANS]).find(|name| given(name)) {
+        return match MANNERS.iter().chain([&PEDESTRIANS, &EXITS]).find(|name| given(name)) {
             None => Ok(None),
             Some(name) => Err(format!(
                 "{name} is of counted vehicles, and {} are empty; give them, or leave {name} empty",
@@ -163,8 +175,12 @@ pub(super) fn counted(row: &Row, columns: &Columns) -> Result<Option<Counted>, S
     let heavy_vehicles = optional(row, columns, "heavy_vehicles", 0.0, 1.0)
         .map_err(|e| format!("{e}; it is a share: 0.03 for 3%"))?;
     let pedestrians_per_h = optional(row, columns, PEDESTRIANS, 0.0, MOST_PEDESTRIANS_PER_H)?;
+    let exits_vph = match columns.get(EXITS).map(|at| row.text(at)).unwrap_or_default() {
+        "" => None,
+        text => Some(by_exit(text, left_vph + through_vph + right_vph)?),
+    };
     let volumes = Counted { left_vph, through_vph, right_vph, ..Counted::default() };
-    Ok(Some(Counted { arrivals, heavy_vehicles, pedestrians_per_h, ..volumes }))
+    Ok(Some(Counted { arrivals, heavy_vehicles, pedestrians_per_h, exits_vph, ..volumes }))
 }
 
 fn optional(
@@ -199,6 +215,31 @@ fn quarter_hours(text: &str) -> Result<[f64; 4], String> {
     if quarters.iter().sum::<f64>() > 0.0 { Ok(quarters) } else { Err(wrong()) }
 }
 
+/// Returns the vehicles to each exit of an approach with so many vehicles.
+fn by_exit(text: &str, total_vph: f64) -> Result<[f64; MOST_EXITS], String> {
+    let words: Vec<Option<f64>> = text
+        .split_whitespace()
+        .map(|word| word.parse().ok().filter(|n: &f64| n.is_finite() && *n >= 0.0))
+        .collect();
+    if words.len() > MOST_EXITS || words.contains(&None) {
+        return Err(format!(
+            "{EXITS} = {text:?}: expected the vehicles to each exit, leftmost first and at most {MOST_EXITS}, between \
+             blanks, such as 80 310 45"
+        ));
+    }
+    let mut exits_vph = [0.0; MOST_EXITS];
+    for (exit, vph) in exits_vph.iter_mut().zip(words.into_iter().flatten()) {
+        *exit = vph;
+    }
+    let sum = exits_vph.iter().sum::<f64>();
+    if (sum - total_vph).abs() > ROUNDING_VEH + ROUNDING * total_vph {
+        return Err(format!(
+            "{EXITS} sum up to {sum}, and the turns to {total_vph}; correct one of the two"
+        ));
+    }
+    Ok(exits_vph)
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Approach, read};
@@ -225,6 +266,14 @@ mod tests {
         assert!((a.arrivals.unwrap().peak_hour_factor() - 500.0 / 560.0).abs() < 1e-12);
         assert_eq!((a.heavy_vehicles, b.heavy_vehicles), (Some(0.05), None));
         assert_eq!(b.arrivals, Some(Arrivals::PeakHourFactor(0.9)));
+    }
+
+    #[test]
+    fn vehicles_by_exit_are_those_of_the_turns() {
+        assert_eq!(by_exit("80 310 45", 435.0), Ok([80.0, 310.0, 45.0, 0.0, 0.0]));
+        assert!(by_exit("80 310", 435.0).unwrap_err().contains("the turns to 435"));
+        assert!(by_exit("1 2 3 4 5 6", 21.0).unwrap_err().contains("at most 5"));
+        assert!(by_exit("80 many", 80.0).unwrap_err().contains("such as 80 310 45"));
     }
 
     #[test]

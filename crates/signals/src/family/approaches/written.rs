@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use basics::files::lines;
 
 use super::{
-    Approach, Arrivals, COLUMNS, Intersection, MANNERS, PEDESTRIANS, PERIOD, STORAGE, VOLUMES,
+    Approach, Arrivals, COLUMNS, EXITS, Intersection, MANNERS, MOST_EXITS, PEDESTRIANS, PERIOD,
+    STORAGE, VOLUMES,
 };
 
 /// Digits after the point of what was counted, as a power of ten: means of several days have any number.
@@ -18,6 +19,8 @@ pub fn to_csv(rows: &[Approach]) -> String {
     let has_counts = rows.iter().any(|a| a.counted.is_some());
     let walks = |a: &Approach| a.counted.and_then(|counted| counted.pedestrians_per_h);
     let has_pedestrians = rows.iter().any(|a| walks(a).is_some());
+    let exits = |a: &Approach| a.counted.and_then(|counted| counted.exits_vph);
+    let has_exits = rows.iter().any(|a| exits(a).is_some());
     let has_storage =
         rows.iter().any(|a| a.left_storage_m.is_some() || a.right_storage_m.is_some());
     let mut header = COLUMNS.to_vec();
@@ -32,6 +35,9 @@ pub fn to_csv(rows: &[Approach]) -> String {
     }
     if has_pedestrians {
         header.push(PEDESTRIANS);
+    }
+    if has_exits {
+        header.push(EXITS);
     }
     let mut table = vec![header.into_iter().map(str::to_owned).collect()];
     for a in rows {
@@ -69,6 +75,9 @@ pub fn to_csv(rows: &[Approach]) -> String {
             let rounded = |per_h: f64| ((per_h * COUNT).round() / COUNT).to_string();
             row.push(walks(a).map_or_else(String::new, rounded));
         }
+        if has_exits {
+            row.push(exits(a).map_or_else(String::new, by_exit));
+        }
         table.push(row);
     }
     String::from_utf8(lines(&table)).expect("texts are UTF-8")
@@ -91,6 +100,13 @@ fn counted(approach: &Approach) -> [String; VOLUMES.len() + MANNERS.len()] {
         quarters,
         heavy.unwrap_or_default(),
     ]
+}
+
+/// Returns the vehicles to exits, without those at the end that have none.
+fn by_exit(exits_vph: [f64; MOST_EXITS]) -> String {
+    let used = exits_vph.iter().rposition(|vph| *vph > 0.0).map_or(1, |last| last + 1);
+    let number = |vph: &f64| ((vph * COUNT).round() / COUNT).to_string();
+    exits_vph[..used].iter().map(number).collect::<Vec<_>>().join(" ")
 }
 
 /// Returns the intersections of complete rows, in the order of their first arms.
@@ -151,6 +167,12 @@ mod tests {
             .replace("0.92,,\n", "0.92,,,\n");
         let rows: Vec<Approach> = read(&walked, "a.csv").unwrap().remove(0).arms;
         assert_eq!(to_csv(&rows), walked);
+        let by_exit = counted
+            .replace("heavy_vehicles\n", "heavy_vehicles,exits_vph\n")
+            .replace("0.05\n", "0.05,0 1 2.33\n")
+            .replace("0.92,,\n", "0.92,,,\n");
+        let rows: Vec<Approach> = read(&by_exit, "a.csv").unwrap().remove(0).arms;
+        assert_eq!(to_csv(&rows), by_exit);
         let computed = plain.replace("7,A", "'=1+1,'@A").replace("7,B", "'=1+1,-B");
         let rows: Vec<Approach> = read(&computed, "a.csv").unwrap().remove(0).arms;
         let names = [&rows[0].intersection, &rows[0].arm, &rows[1].arm];
