@@ -156,7 +156,7 @@ fn a_report_is_a_function_of_the_records_and_leaves_no_drafts() {
     let layout = three_methods(dir.path());
     let first = report_of(&layout, "index.html");
     assert_eq!(first, report_of(&layout, "index.html"));
-    assert_eq!(fs::read_dir(layout.report()).unwrap().count(), 32);
+    assert_eq!(fs::read_dir(layout.report()).unwrap().count(), 29);
 }
 
 #[test]
