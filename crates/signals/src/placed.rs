@@ -347,12 +347,25 @@ fn place(
             ));
         }
     }
+    notes.extend(unserved_people(&plan, intersection));
     complete(&mut plan, &arms, &layout, &by_link, &mut ways, side, &mut notes)?;
     no_crossing(&plan, spec, &layout, &ways, &mut notes)?;
     for (name, own) in ways {
         plan.ways.insert(name, own.iter().map(|m| (m.from_edge(), m.to_edge())).collect());
     }
     Ok((plan, notes))
+}
+
+/// Says how many people cross where a plan has no walk.
+fn unserved_people(plan: &ExistingPlan, intersection: &Intersection) -> Option<String> {
+    let counted = intersection.arms.iter().filter_map(|arm| arm.counted?.pedestrians_per_h);
+    let per_h: f64 = counted.sum();
+    let has_walk = plan.phases.iter().any(|phase| phase.walk_s.is_some());
+    (per_h > 0.0 && !has_walk).then(|| {
+        format!(
+            "{per_h:.0} people an hour cross there, and the plan has no walk: where they push buttons, nobody serves them"
+        )
+    })
 }
 
 /// Returns the movements of the network in the order of their first links, from right to left on every approach. That is the

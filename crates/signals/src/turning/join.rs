@@ -291,6 +291,16 @@ fn summary(period: Option<&Period>, hours: &[Hour]) -> Option<String> {
     Some(format!("  {named}{when}, {vehicles:.0} vehicles"))
 }
 
+/// Gives an arm what was known of it before and not counted now: pedestrians, heavy vehicles and the peak hour factor.
+fn keep(counted: &mut Counted, before: Counted) {
+    counted.pedestrians_per_h = before.pedestrians_per_h;
+    if counted.total_vph() > 0.0 {
+        counted.heavy_vehicles = counted.heavy_vehicles.or(before.heavy_vehicles);
+        let is_factor = |arrivals: &Arrivals| matches!(arrivals, Arrivals::PeakHourFactor(_));
+        counted.arrivals = counted.arrivals.or(before.arrivals.filter(is_factor));
+    }
+}
+
 /// Returns the quarters of an approach, of which vehicles without an exit are no part.
 fn quarters(hour: &Hour, heading: Heading, total: f64) -> Option<Arrivals> {
     let counted = hour.quarters.get(&heading)?;
@@ -370,8 +380,7 @@ impl Said {
             self.either_way.push(format!("intersection {}", intersection.id));
         }
         // An approach without vehicles was counted as well, as long as others were.
-        let walked = |arm: &Approach| arm.counted.and_then(|counted| counted.pedestrians_per_h);
-        let walked: Vec<Option<f64>> = arms.iter().map(walked).collect();
+        let before: Vec<Option<Counted>> = arms.iter().map(|arm| arm.counted).collect();
         for arm in arms.iter_mut().filter(|arm| arm.lanes_in > 0) {
             arm.counted = Some(Counted::default());
         }
@@ -412,10 +421,10 @@ impl Said {
                 pedestrians_per_h: None,
             });
         }
-        // Those of a network in UTDF stay where nobody counted others.
-        for (arm, before) in arms.iter_mut().zip(walked) {
-            if let Some(counted) = &mut arm.counted {
-                counted.pedestrians_per_h = before;
+        // What a network in UTDF says stays where nobody counted it.
+        for (arm, before) in arms.iter_mut().zip(before) {
+            if let Some((counted, before)) = arm.counted.as_mut().zip(before) {
+                keep(counted, before);
             }
         }
         let of_vehicles = headings.into_iter().zip(matched.arms).collect();

@@ -557,3 +557,21 @@ fn words_that_look_like_counts_are_none() {
     let net = net.into_approaches(&diagonal, &[], RIGHT).unwrap();
     assert_eq!(volumes(&net)[2], Some([0.0, 100.0, 0.0]));
 }
+
+#[test]
+fn heavy_vehicles_and_the_peak_hour_factor_stay_where_the_counts_have_none() {
+    let mut arms = cross();
+    let before = Counted {
+        heavy_vehicles: Some(0.15),
+        arrivals: Some(Arrivals::PeakHourFactor(0.9)),
+        ..Counted::default()
+    };
+    arms[0].arms[2].counted = Some(before);
+    let south = |text: &str| {
+        let joined = counts(text).into_approaches(&arms, &[], RIGHT).unwrap();
+        let south = joined.approaches[2].counted.unwrap();
+        (south.heavy_vehicles, south.arrivals)
+    };
+    assert_eq!(south("INTID,NBL,NBT,NBR\n7,1,80,1\n"), (Some(0.15), before.arrivals));
+    assert_eq!(south("INTID,NBL,NBT,NBR,NB HV %\n7,1,80,1,5\n").0, Some(0.05));
+}
