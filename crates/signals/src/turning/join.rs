@@ -66,6 +66,10 @@ impl Joined {
 /// What is said of single intersections.
 #[derive(Default)]
 struct Said {
+    /// Whether a counted direction has an arm.
+    is_given: bool,
+    /// Intersections of which none has.
+    nowhere: Vec<String>,
     no_arm: Vec<String>,
     either_way: Vec<String>,
     added: Vec<String>,
@@ -149,6 +153,11 @@ impl TurningCounts {
                 .extend(no_hour.iter().map(|(id, error)| format!("intersection {id}: {error}")));
             hours.push((period, of_period));
         }
+        if let Some(why) = said.nowhere.first().filter(|_| !said.is_given) {
+            let (_, first) = &self.intersections[0];
+            let place = Fault { line: first.intervals[0].line, message: why.clone() };
+            return Err(at(&first.file, place));
+        }
         let mut found = vec![format!(
             "turning counts: {} of {} intersections",
             rows_of.iter().flatten().count(),
@@ -216,9 +225,16 @@ impl TurningCounts {
                 let more = if ids.len() > FEW { ", ..." } else { "" };
                 format!("{}{more}", names.join(", "))
             };
+            let column = match first.id_column.as_str() {
+                "" => String::new(),
+                name if name.eq_ignore_ascii_case("int") => format!(
+                    "; column {name} was read as their names: if it has totals, remove it or call it Int Total"
+                ),
+                name => format!("; their names are those of column {name}"),
+            };
             let message = format!(
                 "none of the counted intersections ({}) is one of the table ({}); call them alike, for example with the \
-                 ids of --signals",
+                 ids of --signals{column}",
                 few(self.intersections.iter().map(|(id, _)| id).collect()),
                 few(intersections.iter().map(|i| &i.id).collect())
             );
@@ -378,6 +394,19 @@ impl Said {
         let matched = matched_arms(&headings, arms, &[]);
         if matched.is_ambiguous {
             self.either_way.push(format!("intersection {}", intersection.id));
+        }
+        let has_arm = matched.arms.iter().any(Option::is_some);
+        self.is_given |= has_arm;
+        if !has_arm && !headings.is_empty() {
+            let counted: Vec<&str> = headings.iter().map(|heading| heading.name()).collect();
+            let known: Vec<&str> = arms.iter().map(|arm| arm.arm.as_str()).collect();
+            self.nowhere.push(format!(
+                "intersection {}: its counted directions {} belong to none of its arms {}; call directions and arms alike, or \
+                 correct bearing_deg of the arms",
+                intersection.id,
+                counted.join(" "),
+                known.join(", ")
+            ));
         }
         // An approach without vehicles was counted as well, as long as others were.
         let before: Vec<Option<Counted>> = arms.iter().map(|arm| arm.counted).collect();
