@@ -632,7 +632,10 @@ fn directions_that_no_arm_has_are_named_with_the_arms() {
 fn an_int_that_is_no_intersection_is_named_and_hours_that_overlap_are_refused() {
     let int = counts("NBL,NBT,NBR,Int\n10,80,6,96\n").into_approaches(&cross(), &[], RIGHT);
     let e = int.unwrap_err().to_string();
-    assert!(e.contains("(96) is one of the table (7)") && e.contains("column Int was read as"), "{e}");
+    assert!(
+        e.contains("(96) is one of the table (7)") && e.contains("column Int was read as"),
+        "{e}"
+    );
     let rolling = northbound("Time", &[("7:00-8:00", 100), ("7:15-8:15", 110)]);
     let e = counts(&rolling).into_approaches(&cross(), &[], RIGHT).unwrap_err().to_string();
     assert!(e.contains("line 3: begins at 07:15, before the row of line 2 ends at 08:00"), "{e}");
@@ -644,5 +647,8 @@ fn an_int_that_is_no_intersection_is_named_and_hours_that_overlap_are_refused() 
 fn columns_of_totals_may_be_called_app_and_int() {
     let text = ",Northbound,,,,Southbound,,,,\nTime,R,T,L,App,R,T,L,App,Int\n7:00,1,80,3,84,4,50,6,60,144\n";
     let joined = counts(text).into_approaches(&cross(), &[], RIGHT).unwrap();
-    assert_eq!((volumes(&joined)[2], volumes(&joined)[0]), (Some([3.0, 80.0, 1.0]), Some([6.0, 50.0, 4.0])));
+    assert_eq!(
+        (volumes(&joined)[2], volumes(&joined)[0]),
+        (Some([3.0, 80.0, 1.0]), Some([6.0, 50.0, 4.0]))
+    );
 }

@@ -309,7 +309,8 @@ fn half_a_walk_is_said_and_left_out() {
 
 #[test]
 fn a_phase_for_pedestrians_alone_is_the_one_of_the_column_ped() {
-    let mut ninth = TWO.replace("D7,D8", "D7,D8,D9").replace("Cycle Length,1,100", "Cycle Length,1,124");
+    let mut ninth =
+        TWO.replace("D7,D8", "D7,D8,D9").replace("Cycle Length,1,100", "Cycle Length,1,124");
     for (row, cell) in [
         ("BRP,1,111,112,211,212,121,122,221,222", "311"),
         ("MaxGreen,1,12,34,10,24.5,14,32,10,24.5", "20"),
