@@ -11,7 +11,7 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
-use super::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow};
+use super::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow, unserved_people};
 use super::left_turns::{no_longer_protected, unprotected};
 use super::told::{Told, best_of_all_signals};
 use crate::shown::Seen;
@@ -174,6 +174,7 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             numbers => told.numbers.as_deref(),
             unprotected => unprotected(seen, point, &told.plan).join(", "),
             hides_walk => hides_walk(&told.plan),
+            unserved_people => unserved_people(&told.plan).join(", "),
             no_longer_protected => no_longer_protected(seen, point, &told.plan).join(", "),
             is_today => identity.methods[told.method] == signals::control::existing::METHOD.name,
             is_given => !told.plan.ways.is_empty(),
