@@ -207,7 +207,6 @@ pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
 
 #[cfg(test)]
 mod tests {
-
     use super::*;
 
     #[test]
