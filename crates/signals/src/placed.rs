@@ -20,7 +20,7 @@ use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
 use crate::existing::ran::{of_program, unusual};
-use crate::existing::{ExistingPlan, NamedPlan, NamedProgram, Plans};
+use crate::existing::{Control, ExistingPlan, NamedPlan, NamedProgram, Plans};
 use crate::family::approaches::Intersection;
 use crate::family::doubts::Doubt;
 use crate::family::load::LoadedScenario;
@@ -347,12 +347,27 @@ fn place(
             ));
         }
     }
+    notes.extend(unserved_people(&plan, intersection));
     complete(&mut plan, &arms, &layout, &by_link, &mut ways, side, &mut notes)?;
     no_crossing(&plan, spec, &layout, &ways, &mut notes)?;
     for (name, own) in ways {
         plan.ways.insert(name, own.iter().map(|m| (m.from_edge(), m.to_edge())).collect());
     }
     Ok((plan, notes))
+}
+
+/// Says how many people cross where a plan has no walk.
+fn unserved_people(plan: &ExistingPlan, intersection: &Intersection) -> Option<String> {
+    let counted = intersection.arms.iter().filter_map(|arm| arm.counted?.pedestrians_per_h);
+    let per_h: f64 = counted.sum();
+    let has_walk = plan.phases.iter().any(|phase| phase.walk_s.is_some());
+    // Beside the greens of a fixed cycle people cross anyway.
+    let is_fixed = plan.control == Control::Pretimed;
+    (per_h > 0.0 && !has_walk && !is_fixed).then(|| {
+        format!(
+            "{per_h:.0} people an hour cross there, and the plan has no walk: where they push buttons, nobody serves them"
+        )
+    })
 }
 
 /// Returns the movements of the network in the order of their first links, from right to left on every approach. That is the
@@ -651,8 +666,8 @@ fn word(turn: Turn) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::existing::Control;
     use crate::existing::testing::{phase, plan};
+    use crate::family::approaches::Counted;
     use crate::family::load::from_text;
 
     /// A scenario of one intersection whose arms have these bearings, with a left lane each.
@@ -672,6 +687,22 @@ mod tests {
     fn plans(plan: ExistingPlan) -> Plans {
         let named = NamedPlan { intersection: "7".into(), period: String::new(), plan, line: 2 };
         Plans { file: "e.csv".into(), all: vec![named], ..Plans::default() }
+    }
+
+    #[test]
+    fn people_who_cross_where_no_phase_has_a_walk_are_said() {
+        let mut intersection = scenario(&CROSS, "").intersections[0].clone();
+        let people = Counted { pedestrians_per_h: Some(30.0), ..Counted::default() };
+        intersection.arms[0].counted = Some(people);
+        let mut actuated = plan(Control::Actuated);
+        let said = unserved_people(&actuated, &intersection).unwrap();
+        assert!(
+            said.starts_with("30 people an hour cross there, and the plan has no walk"),
+            "{said}"
+        );
+        assert_eq!(unserved_people(&plan(Control::Pretimed), &intersection), None);
+        actuated.phases[1].walk_s = Some([7.0, 12.0]);
+        assert_eq!(unserved_people(&actuated, &intersection), None);
     }
 
     fn tried(change: &dyn Fn(&mut ExistingPlan)) -> Placed {

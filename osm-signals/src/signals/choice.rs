@@ -12,14 +12,16 @@ const KINDS: [&str; 13] = [
 ];
 
 /// Parts of words for what stands in such lists and stops nobody, or not yet, or no longer.
-const NO_SIGNALS: [&str; 24] = [
+const NO_SIGNALS: [&str; 29] = [
     "beacon", "flash", "planned", "pending", "proposed", "future", "design", "removed", "retired",
     "inactive", "abandoned", "school", "rrfb", "rapid", "hawk", "hybrid", "decommission",
-    "construction", "crossing", "pelican", "puffin", "toucan", "meter", "camera",
+    "construction", "crossing", "pelican", "puffin", "toucan", "meter", "camera", "pedestrian",
+    "mid-block", "midblock", "mid block", "emergency",
 ];
 
-/// Whole words for the same: as a part, `sign` is in every signal.
-const NO_SIGNALS_ALONE: [&str; 2] = ["sign", "signs"];
+/// Whole words for the same: as a part, `sign` is in every signal. Half signals stop one of two streets, and signals of
+/// fire stations only for fire engines.
+const NO_SIGNALS_ALONE: [&str; 4] = ["sign", "signs", "half", "fire"];
 
 /// Most different values that a message names.
 const NAMED: usize = 8;

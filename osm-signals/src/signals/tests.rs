@@ -153,6 +153,16 @@ fn what_may_be_no_signal_is_told() {
 }
 
 #[test]
+fn half_signals_and_those_for_pedestrians_or_fire_engines_are_told() {
+    let kinds = ["Full Signal", "Half Signal", "Pedestrian Signal", "Mid-block", "Fire Station"];
+    let row = |(i, kind): (usize, &&str)| format!("{i},{kind},40,-111.{i}\n");
+    let rows: String = kinds.iter().enumerate().map(row).collect();
+    let doubts = list(&format!("id,TYPE,latitude,longitude\n{rows}"), "").unwrap().doubts;
+    assert!(doubts[0].starts_with("4 rows may be no signals: column TYPE has Fire"), "{doubts:?}");
+    assert!(!doubts[0].contains("Full"), "{doubts:?}");
+}
+
+#[test]
 fn rows_without_a_place_are_kept_to_be_named() {
     let signals = read("id,lat,lon\n1,40,-111\n2,,\n").unwrap();
     assert_eq!((signals[1].place.latitude_e7, signals[1].place.longitude_e7), (0, 0));

@@ -18,7 +18,7 @@ use evaluation::report::csv;
 use evaluation::report::figures::shown as named;
 use signals::control::existing;
 use signals::existing::table::{WRITTEN, cells};
-use signals::existing::{ExistingPlan, PlanPhase, Recall};
+use signals::existing::{Control, ExistingPlan, PlanPhase, Recall};
 use signals::places::{DrawnArm, DrawnIntersection};
 use signals::timing::{SLOWEST_MPS, kinematic_yellow_s};
 
@@ -165,6 +165,13 @@ pub(crate) fn hides_walk(plan: &ExistingPlan) -> bool {
     })
 }
 
+/// Returns the numbers of the phases of a fixed cycle that are for pedestrians alone, whom nothing serves there.
+pub(crate) fn unserved_people(plan: &ExistingPlan) -> Vec<String> {
+    let is_for_people = |p: &&PlanPhase| p.all_movements().next().is_none() && p.walk_s.is_some();
+    let phases = plan.phases.iter().filter(|_| plan.control == Control::Pretimed);
+    phases.filter(is_for_people).map(|p| p.number.to_string()).collect()
+}
+
 /// Returns the phases of a plan for pages, by number.
 pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
     let mut phases: Vec<&PlanPhase> = plan.phases.iter().collect();
@@ -200,8 +207,6 @@ pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
 
 #[cfg(test)]
 mod tests {
-    use signals::existing::Control;
-
     use super::*;
 
     #[test]
@@ -241,6 +246,10 @@ mod tests {
                 dual_entry: true,
                 inhibit_max: false,
             };
+            let mut alone = ExistingPlan::new(Control::Pretimed, vec![phase.clone()]);
+            assert_eq!(unserved_people(&alone), Vec::<String>::new());
+            alone.phases[0].movements.clear();
+            assert_eq!(unserved_people(&alone).len(), usize::from(walk_s.is_some()));
             hides_walk(&ExistingPlan::new(Control::Actuated, vec![phase]))
         };
         let people = Some([7.0, 11.0]);

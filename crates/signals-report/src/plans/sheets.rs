@@ -6,12 +6,12 @@
 //! those of the network that the existing plan came with, else those with which the names of all arms begin, else the
 //! directions of the compass.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use minijinja::{Value, context};
 
-use super::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow};
+use super::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow, unserved_people};
 use super::left_turns::{no_longer_protected, unprotected};
 use super::told::{Told, best_of_all_signals};
 use crate::shown::Seen;
@@ -27,6 +27,9 @@ use signals::utdf::to_utdf;
 
 /// Most intersections with a page each.
 const MOST_PAGES: usize = 500;
+
+/// Most arms of which UTDF calls the movements as the model does.
+const PLAIN_ARMS: usize = 4;
 
 /// Most names that a note lists.
 const FEW: usize = 6;
@@ -110,7 +113,7 @@ fn write_utdf(
 ) -> Result<(), ReportError> {
     let identity = &seen.data.manifest.identity;
     let mut files: BTreeMap<String, Vec<(u32, ExistingPlan)>> = BTreeMap::new();
-    let (mut nameless, mut refused) = (Vec::new(), Vec::new());
+    let (mut nameless, mut refused, mut many_arms) = (Vec::new(), Vec::new(), BTreeSet::new());
     for told in all {
         let (point, method) = (&identity.points[told.point].point, &identity.methods[told.method]);
         let drawn = seen.shown.drawing(point);
@@ -124,6 +127,9 @@ fn write_utdf(
         if let Err(reason) = to_utdf(&[(number, told.given_back())]) {
             refused.push(format!("{method}, {reason}"));
             continue;
+        }
+        if drawn.is_some_and(|drawn| drawn.arms.len() > PLAIN_ARMS) {
+            many_arms.insert(number.to_string());
         }
         let dot = if period.is_empty() { String::new() } else { format!(".{}", safe_id(period)) };
         let name = format!("{method}{dot}.utdf.csv");
@@ -145,6 +151,14 @@ fn write_utdf(
         written.notes.push(format!(
             "no UTDF of {about} whose id is no number ({}); UTDF has numbered nodes",
             few(&nameless)
+        ));
+    }
+    if !many_arms.is_empty() {
+        let names: Vec<String> = many_arms.into_iter().collect();
+        written.notes.push(format!(
+            "UTDF of intersections with more than {PLAIN_ARMS} arms ({}) names movements after where they lead: compare the \
+             columns of [Lanes] with those of your network before you merge them",
+            few(&names)
         ));
     }
     if !refused.is_empty() {
@@ -174,6 +188,7 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             numbers => told.numbers.as_deref(),
             unprotected => unprotected(seen, point, &told.plan).join(", "),
             hides_walk => hides_walk(&told.plan),
+            unserved_people => unserved_people(&told.plan).join(", "),
             no_longer_protected => no_longer_protected(seen, point, &told.plan).join(", "),
             is_today => identity.methods[told.method] == signals::control::existing::METHOD.name,
             is_given => !told.plan.ways.is_empty(),

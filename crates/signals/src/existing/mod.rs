@@ -480,7 +480,17 @@ impl ExistingPlan {
         for phase in &self.phases {
             let number = phase.number;
             if phase.all_movements().next().is_none() {
-                notes.push(format!("phase {number} has no movement, and is green for nobody"));
+                notes.push(match (phase.walk_s, self.control) {
+                    (None, _) => format!("phase {number} has no movement, and is green for nobody"),
+                    (Some(_), Control::Pretimed) => format!(
+                        "phase {number} is for pedestrians alone: a fixed cycle keeps its time, but nobody walks in it, so \
+                         do not compare pedestrian_wait_s"
+                    ),
+                    (Some(_), _) => format!(
+                        "phase {number} is for pedestrians alone, and serves the crosswalks beside which no other phase \
+                         has a walk"
+                    ),
+                });
             }
             if let Some([walk_s, _]) = phase.walk_s.filter(|[walk_s, _]| *walk_s < SHORT_WALK_S) {
                 notes.push(format!(
@@ -679,6 +689,22 @@ mod tests {
         let plan = ExistingPlan { cycle_s: Some(90.0), ..plan(Control::Actuated) };
         let notes = plan.check().unwrap();
         assert_eq!(notes, ["the cycle of 90 s has no effect, because control is actuated"]);
+    }
+
+    #[test]
+    fn a_phase_for_pedestrians_alone_is_said() {
+        for (control, expected) in [
+            (Control::Pretimed, "phase 9 is for pedestrians alone: a fixed cycle keeps its time"),
+            (Control::Actuated, "phase 9 is for pedestrians alone, and serves the crosswalks"),
+        ] {
+            let mut plan = plan(control);
+            plan.cycle_s = None;
+            let mut people = phase(9, [3, 1, 1], "");
+            people.walk_s = Some([7.0, 6.0]);
+            plan.phases.push(people);
+            let notes = plan.check().unwrap();
+            assert!(notes[0].starts_with(expected), "{notes:?}");
+        }
     }
 
     #[test]

@@ -83,6 +83,19 @@ pub fn zone(text: &str) -> Option<String> {
     Some(if digits.len() == "-06".len() { digits + "00" } else { digits })
 }
 
+/// Returns the minutes of an interval whose text has both its ends, such as `7:00-8:00`; `None` for a single time.
+pub fn length_min(text: &str) -> Option<u32> {
+    if zone(text).is_some() {
+        return None;
+    }
+    let upper = upper(text);
+    let (_, second) = first_of_two(&upper);
+    let (_, end) = begin(second?)?;
+    let (_, start) = begin(text)?;
+    let length = (end + DAY_MIN - start) % DAY_MIN;
+    (1..=LONGEST_INTERVAL_MIN).contains(&length).then_some(length)
+}
+
 /// Returns whether a zone is universal time, and so not the local time: `Z`, `UTC`, `Etc/UTC`, `+00:00`.
 pub fn is_universal(zone: &str) -> bool {
     let upper = zone.trim().to_uppercase();
@@ -211,6 +224,19 @@ pub fn written(minute: u32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn two_times_say_how_long_an_interval_is() {
+        for (text, length) in [
+            ("7:00-8:00", Some(60)),
+            ("4:00 - 4:15 PM", Some(15)),
+            ("0700-0715", Some(15)),
+            ("07:15", None),
+            ("07:15+01:00", None),
+        ] {
+            assert_eq!(length_min(text), length, "{text}");
+        }
+    }
 
     #[test]
     fn times_are_read_as_people_write_them() {

@@ -24,6 +24,10 @@ pub enum Holds {
     HeavyVehicles(Heading, Towards),
     /// Heavy vehicles of an approach, percent.
     HeavyPercent(Heading),
+    /// Heavy vehicles of an approach, which its turns contain.
+    HeavyCount(Heading),
+    /// Heavy vehicles of an approach: a number or percent, which cannot be told.
+    HeavyUnclear(Heading),
     /// The sum of an approach.
     Total(Heading),
     /// People who cross the approach from which vehicles travel so; `None`: any approach of the intersection.
@@ -51,6 +55,8 @@ impl Holds {
             Self::Vehicles(heading, _)
             | Self::HeavyVehicles(heading, _)
             | Self::HeavyPercent(heading)
+            | Self::HeavyCount(heading)
+            | Self::HeavyUnclear(heading)
             | Self::Total(heading)
             | Self::Shared(heading) => Some(heading),
             Self::Pedestrians(heading) => heading,
@@ -88,10 +94,13 @@ const TURNS: [(Towards, &str); 4] = [
 const SHARED: &str = "TR THRURIGHT THROUGHRIGHT LTR THRULEFT THROUGHLEFT LEFTTHRU LR";
 
 /// Names of percentages of heavy vehicles.
-const HEAVY: &str = "HV PHV HVPCT HVPERCENT HEAVYVEHICLESPERCENT";
+const HEAVY: &str = "PHV HVPCT HVPERCENT HEAVYVEHICLESPERCENT";
 
-/// The same where the name has a percent sign.
+/// The same where the name has a percent sign; a number where it ends with a word such as `count`.
 const HEAVY_WITH_SIGN: &str = "HV HEAVY HEAVYVEHICLES TRUCK TRUCKS HEAVYTRUCKS";
+
+/// Those of them that are unclear without either.
+const HEAVY_UNCLEAR: &str = "HV HEAVY HEAVYVEHICLES";
 
 /// Names of columns of pedestrians, of an approach or of any.
 const PEDESTRIANS: &str = "PED PEDS PEDESTRIAN PEDESTRIANS";
@@ -107,11 +116,17 @@ const OTHERS: &str =
 const ENDS: &str = "END ENDTIME TIMEEND PERIODEND PERIODENDING INTERVALEND ENDING COUNTTIME";
 
 /// Names of the column with the sum of an approach.
-const TOTAL: &str = "TOTAL APPTOTAL APPROACHTOTAL";
+const TOTAL: &str = "TOTAL APP APPTOTAL APPROACHTOTAL";
 
 /// Classes of vehicles before a turn: light and heavy ones.
 const LIGHT_CLASSES: &str = "CARS CAR LIGHTS";
 const HEAVY_CLASSES: &str = "TRUCKS TRUCK BUSES BUS HEAVY HV";
+
+/// Classes of heavy vehicles after a turn; `NBL HV` may be a number or percent.
+const HEAVY_CLASSES_AFTER: &str = "TRUCKS TRUCK BUSES BUS";
+
+/// What long words contain that begin with a direction and may count vehicles, such as `NBRTOR`.
+const COUNTED: &str = "RTOR ONRED TRUCK CARS BUS HEAVY";
 
 /// Names of the column with the intersection.
 ///
@@ -160,9 +175,11 @@ pub fn holds(name: &str) -> Option<Holds> {
             return Some(if is_universal { Holds::UniversalTime } else { holds });
         }
     }
+    let mut is_number = false;
     for word in ["VOLUME", "VOL", "COUNT"] {
         if let Some(rest) = plain.strip_suffix(word) {
             plain = rest.to_owned();
+            is_number = true;
         }
     }
     if is_one(PEDESTRIANS, &plain) {
@@ -178,6 +195,12 @@ pub fn holds(name: &str) -> Option<Holds> {
     if percent {
         return None;
     }
+    if is_number && is_one(HEAVY_WITH_SIGN, rest) {
+        return Some(Holds::HeavyCount(heading));
+    }
+    if is_one(HEAVY_UNCLEAR, rest) {
+        return Some(Holds::HeavyUnclear(heading));
+    }
     if is_one(TOTAL, rest) {
         return Some(Holds::Total(heading));
     }
@@ -190,8 +213,20 @@ pub fn holds(name: &str) -> Option<Holds> {
         return Some(Holds::Vehicles(heading, towards));
     }
     let of = |classes: &str| classes.split(' ').find_map(|class| turn(rest.strip_prefix(class)?));
-    let light = of(LIGHT_CLASSES).map(|towards| Holds::Vehicles(heading, towards));
-    light.or_else(|| Some(Holds::HeavyVehicles(heading, of(HEAVY_CLASSES)?)))
+    let after =
+        |classes: &str| classes.split(' ').find_map(|class| turn(rest.strip_suffix(class)?));
+    let light = of(LIGHT_CLASSES).or_else(|| after(LIGHT_CLASSES));
+    if let Some(towards) = light {
+        return Some(Holds::Vehicles(heading, towards));
+    }
+    let towards = of(HEAVY_CLASSES).or_else(|| after(HEAVY_CLASSES_AFTER))?;
+    Some(Holds::HeavyVehicles(heading, towards))
+}
+
+/// Returns whether the name of a column of vehicles says that they are light ones, such as `NBT Cars`.
+pub(super) fn says_light(name: &str) -> bool {
+    let name = name.to_uppercase();
+    LIGHT_CLASSES.split(' ').any(|class| name.contains(class))
 }
 
 /// Returns the name of a column without the zone of its times, and whether that is universal time: `Time (UTC)`, but not
@@ -249,8 +284,9 @@ pub(super) fn may_be_movement(name: &str) -> bool {
         let mut headings = DIRECTIONS.iter().flat_map(|(name, letters, _)| headings(name, letters));
         headings.any(|heading| heading == word && (word.len() > 2 || word.ends_with('B')))
     };
+    let is_counted = |word: &str| COUNTED.split(' ').any(|counted| word.contains(counted));
     let short = words.first().is_some_and(|word| {
-        word.len() <= 5
+        (word.len() <= 5 || is_counted(word))
             && ["NB", "SB", "EB", "WB"].iter().any(|direction| word.starts_with(direction))
     });
     words.len() > 1 && words.iter().any(|word| is_direction(word)) || short && plain.len() > 2
@@ -312,6 +348,8 @@ mod tests {
             ("East Approach Right", West, Right),
             ("sb_cars_r", South, Right),
             ("SB Straight Through", South, Through),
+            ("NB Left Cars", North, Left),
+            ("SBT Lights", South, Through),
         ] {
             assert_eq!(holds(name), Some(Holds::Vehicles(heading, towards)), "{name}");
         }
@@ -321,9 +359,14 @@ mod tests {
             (None, Some(Holds::HeavyPercent(North)))
         );
         assert_eq!(holds("Main St From North Left"), Some(Holds::Vehicles(South, Left)));
-        assert_eq!(holds("WBHV"), Some(Holds::HeavyPercent(West)));
-        assert_eq!(holds("nb_bus_l"), Some(Holds::HeavyVehicles(North, Left)));
-        assert_eq!(holds("Westbound App. Total"), Some(Holds::Total(West)));
+        assert_eq!(holds("WBHV"), Some(Holds::HeavyUnclear(West)));
+        assert_eq!(holds("WB HV count"), Some(Holds::HeavyCount(West)));
+        for name in ["nb_bus_l", "NBL Trucks"] {
+            assert_eq!(holds(name), Some(Holds::HeavyVehicles(North, Left)), "{name}");
+        }
+        for name in ["Westbound App. Total", "WB App"] {
+            assert_eq!(holds(name), Some(Holds::Total(West)), "{name}");
+        }
         assert_eq!(holds("SBTR"), Some(Holds::Shared(South)));
         for name in ["NBPED", "NB Peds", "Northbound Pedestrians", "South Leg Peds CW"] {
             assert_eq!(holds(name), Some(Holds::Pedestrians(Some(North))), "{name}");
@@ -353,9 +396,10 @@ mod tests {
 
     #[test]
     fn columns_that_may_count_vehicles_are_told_from_others() {
-        for name in
-            ["NB Left Cars", "Thru NB", "NBL1", "NB Trucks", "NBR RTOR", "Northbound Lefts on red"]
-        {
+        for name in [
+            "Thru NB", "NBL1", "NB Trucks", "NBR RTOR", "NBRTOR", "NBL HV",
+            "Northbound Lefts on red",
+        ] {
             assert!(holds(name).is_none() && may_be_movement(name), "{name}");
         }
         for name in [

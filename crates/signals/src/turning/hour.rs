@@ -80,6 +80,8 @@ pub(super) struct Interval {
     pub(super) day: String,
     /// Minute of the day at which it begins; `None` in a table without times.
     pub(super) minute: Option<u32>,
+    /// Minutes that it counts, where its time has both ends.
+    pub(super) length_min: Option<u32>,
     /// The zone of the time, with offsets as [`super::clock::zone`] writes them; empty for none.
     pub(super) zone: String,
     /// Vehicles by movement; an empty field is missing.
@@ -207,6 +209,9 @@ pub(super) fn busiest(
             return Err((interval.line, message).into());
         }
     }
+    if let Some(overlap) = overlap(&by_time) {
+        return Err(overlap.into());
+    }
     let found = step(&by_time)?;
     let is_assumed = found.is_none() && said_min.is_none();
     let step = match (found, said_min) {
@@ -323,6 +328,25 @@ fn back_in_time(intervals: &[&Interval]) -> Option<(u64, String)> {
     })
 }
 
+/// Returns where a row ends after the next one has begun, as hours do that begin every quarter.
+fn overlap(by_time: &BTreeMap<(&str, u32), &Interval>) -> Option<(u64, String)> {
+    let rows: Vec<_> = by_time.iter().collect();
+    rows.windows(2).find_map(|pair| {
+        let [((day, begin), row), ((next_day, next), next_row)] = pair else { return None };
+        let end = begin + row.length_min?;
+        (day == next_day && end > *next).then(|| {
+            let message = format!(
+                "begins at {}, before the row of line {} ends at {}; give rows that do not overlap, such as one per quarter \
+                 hour",
+                written(*next),
+                row.line,
+                written(end)
+            );
+            (next_row.line, message)
+        })
+    })
+}
+
 /// Returns the minutes of a row, up to an hour: the shortest time between two rows of a day; `None` for a single row.
 fn step(by_time: &BTreeMap<(&str, u32), &Interval>) -> Result<Option<u32>, (u64, String)> {
     let keys: Vec<_> = by_time.iter().collect();
@@ -420,6 +444,7 @@ mod tests {
             line: line as u64 + 2,
             day: (*day).to_owned(),
             minute: Some(*minute),
+            length_min: None,
             zone: String::new(),
             vehicles: BTreeMap::from([(NBT, *count)]),
             pedestrians: BTreeMap::new(),

@@ -68,6 +68,10 @@ impl Joined {
 /// What is said of single intersections.
 #[derive(Default)]
 struct Said {
+    /// Whether a counted direction has an arm.
+    is_given: bool,
+    /// Intersections of which none has.
+    nowhere: Vec<String>,
     no_arm: Vec<String>,
     either_way: Vec<String>,
     added: Vec<String>,
@@ -153,6 +157,11 @@ impl TurningCounts {
                 .extend(no_hour.iter().map(|(id, error)| format!("intersection {id}: {error}")));
             hours.push((period, of_period));
         }
+        if let Some(why) = said.nowhere.first().filter(|_| !said.is_given) {
+            let (_, first) = &self.intersections[0];
+            let place = Fault { line: first.intervals[0].line, message: why.clone() };
+            return Err(at(&first.file, place));
+        }
         let mut found = vec![format!(
             "turning counts: {} of {} intersections",
             rows_of.iter().flatten().count(),
@@ -220,9 +229,16 @@ impl TurningCounts {
                 let more = if ids.len() > FEW { ", ..." } else { "" };
                 format!("{}{more}", names.join(", "))
             };
+            let column = match first.id_column.as_str() {
+                "" => String::new(),
+                name if name.eq_ignore_ascii_case("int") => format!(
+                    "; column {name} was read as their names: if it has totals, remove it or call it Int Total"
+                ),
+                name => format!("; their names are those of column {name}"),
+            };
             let message = format!(
                 "none of the counted intersections ({}) is one of the table ({}); call them alike, for example with the \
-                 ids of --signals",
+                 ids of --signals{column}",
                 few(self.intersections.iter().map(|(id, _)| id).collect()),
                 few(intersections.iter().map(|i| &i.id).collect())
             );
@@ -293,6 +309,16 @@ fn summary(period: Option<&Period>, hours: &[Hour]) -> Option<String> {
         )
     };
     Some(format!("  {named}{when}, {vehicles:.0} vehicles"))
+}
+
+/// Gives an arm what was known of it before and not counted now: pedestrians, heavy vehicles and the peak hour factor.
+fn keep(counted: &mut Counted, before: Counted) {
+    counted.pedestrians_per_h = before.pedestrians_per_h;
+    if counted.total_vph() > 0.0 {
+        counted.heavy_vehicles = counted.heavy_vehicles.or(before.heavy_vehicles);
+        let is_factor = |arrivals: &Arrivals| matches!(arrivals, Arrivals::PeakHourFactor(_));
+        counted.arrivals = counted.arrivals.or(before.arrivals.filter(is_factor));
+    }
 }
 
 /// Returns the quarters of an approach, of which vehicles without an exit are no part.
@@ -373,9 +399,21 @@ impl Said {
         if matched.is_ambiguous {
             self.either_way.push(format!("intersection {}", intersection.id));
         }
+        let has_arm = matched.arms.iter().any(Option::is_some);
+        self.is_given |= has_arm;
+        if !has_arm && !headings.is_empty() {
+            let counted: Vec<&str> = headings.iter().map(|heading| heading.name()).collect();
+            let known: Vec<&str> = arms.iter().map(|arm| arm.arm.as_str()).collect();
+            self.nowhere.push(format!(
+                "intersection {}: its counted directions {} belong to none of its arms {}; call directions and arms alike, or \
+                 correct bearing_deg of the arms",
+                intersection.id,
+                counted.join(" "),
+                known.join(", ")
+            ));
+        }
         // An approach without vehicles was counted as well, as long as others were.
-        let walked = |arm: &Approach| arm.counted.and_then(|counted| counted.pedestrians_per_h);
-        let walked: Vec<Option<f64>> = arms.iter().map(walked).collect();
+        let before: Vec<Option<Counted>> = arms.iter().map(|arm| arm.counted).collect();
         for arm in arms.iter_mut().filter(|arm| arm.lanes_in > 0) {
             arm.counted = Some(Counted::default());
         }
@@ -435,10 +473,10 @@ impl Said {
                 exits_vph,
             });
         }
-        // Those of a network in UTDF stay where nobody counted others.
-        for (arm, before) in arms.iter_mut().zip(walked) {
-            if let Some(counted) = &mut arm.counted {
-                counted.pedestrians_per_h = before;
+        // What a network in UTDF says stays where nobody counted it.
+        for (arm, before) in arms.iter_mut().zip(before) {
+            if let Some((counted, before)) = arm.counted.as_mut().zip(before) {
+                keep(counted, before);
             }
         }
         let of_vehicles = headings.into_iter().zip(matched.arms).collect();

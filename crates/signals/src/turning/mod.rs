@@ -5,6 +5,7 @@
 //! northbound left turn, from the south to the west. Titles above the names of the columns and totals below the rows are
 //! passed over. [`TurningCounts::into_approaches`] gives the counted vehicles to the arms of a table of approaches.
 
+mod below;
 pub mod clock;
 mod days;
 mod exits;
@@ -12,6 +13,7 @@ pub mod header;
 pub mod hour;
 mod join;
 mod matching;
+mod sums;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -22,6 +24,7 @@ use sheet::{Fault, file};
 
 use crate::family::doubts::Doubt;
 use basics::files::FileError;
+use below::below_directions;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 use header::{Heading, Holds, holds, may_be_movement};
@@ -54,6 +57,8 @@ pub struct TurningCounts {
 struct CountedIntersection {
     /// The file.
     file: String,
+    /// Column with its name; empty without one.
+    id_column: String,
     /// Minutes of a row, where the title of its table says them.
     said_min: Option<u32>,
     /// Its rows.
@@ -173,6 +178,7 @@ impl TurningCounts {
                             id,
                             CountedIntersection {
                                 file: file.to_owned(),
+                                id_column: columns.id_name.clone(),
                                 said_min,
                                 intervals: vec![interval],
                             },
@@ -294,6 +300,8 @@ fn first_words(line: &Line) -> String {
 /// What the columns of a table hold.
 struct Columns {
     holds: Vec<(usize, Holds)>,
+    /// Name of the column with the intersection; empty without one.
+    id_name: String,
     unused: Vec<String>,
 }
 
@@ -302,12 +310,15 @@ impl Columns {
     ///
     /// # Errors
     ///
-    /// A column of several turns.
+    /// A column of several turns, or one of which nobody can tell what it counts.
     fn of(lines: &[Line], at: usize) -> Option<Result<Self, String>> {
         let line = &lines[at];
-        let names = match movements(line.fields()) >= ENOUGH {
+        let names: Vec<String> = match movements(line.fields()) >= ENOUGH {
             true => line.fields().map(str::to_owned).collect(),
-            false => below_directions(lines, at)?,
+            false => match below_directions(lines, at)? {
+                Ok(names) => names,
+                Err(message) => return Some(Err(message)),
+            },
         };
         let (mut all, mut unused) = (Vec::new(), Vec::new());
         for (i, name) in names.iter().enumerate() {
@@ -332,10 +343,15 @@ impl Columns {
             all.iter().map(|(i, _)| *i).filter(|i| is_word(*i, &all, &names)).collect();
         all.retain(|(i, _)| !words.contains(i));
         unused.extend(words.into_iter().map(|i| names[i].clone()));
-        if let Err(message) = keep_local(&mut all, &mut unused, &names) {
+        let settled = keep_local(&mut all, &mut unused, &names)
+            .and_then(|()| sums::settle(&mut all, &mut unused, &names));
+        if let Err(message) = settled {
             return Some(Err(message));
         }
-        Some(twice(&all, &names).map_or(Ok(Self { holds: best_id(all, &names), unused }), Err))
+        let holds = best_id(all, &names);
+        let id = holds.iter().find(|(_, holds)| *holds == Holds::Intersection);
+        let id_name = id.map(|(i, _)| names[*i].clone()).unwrap_or_default();
+        Some(Ok(Self { holds, id_name, unused }))
     }
 
     fn find(&self, wanted: Holds) -> Option<usize> {
@@ -349,6 +365,7 @@ impl Columns {
         let of_day = clock::begin(&day);
         let timed = text(Holds::Time).unwrap_or(&day);
         let own_zone = clock::zone(timed);
+        let length_min = clock::length_min(timed);
         let zone = own_zone.unwrap_or_else(|| text(Holds::Zone).unwrap_or_default().to_uppercase());
         if let Some(time) = text(Holds::Time) {
             let Some((own, begin)) = clock::begin(time) else {
@@ -386,12 +403,13 @@ impl Columns {
             line: line.number,
             day,
             minute,
+            length_min,
             zone,
             vehicles: BTreeMap::new(),
             heavy: BTreeMap::new(),
             pedestrians: BTreeMap::new(),
         };
-        let mut percents = Vec::new();
+        let (mut percents, mut numbers) = (Vec::new(), Vec::new());
         for (i, holds) in &self.holds {
             let number = |most: f64| -> Result<Option<f64>, String> {
                 if NOTHING.contains(&line.text(*i).to_lowercase().as_str()) {
@@ -422,6 +440,9 @@ impl Columns {
                 Holds::HeavyPercent(heading) => {
                     percents.extend(number(100.0)?.map(|percent| (*heading, percent)));
                 }
+                Holds::HeavyCount(heading) => {
+                    numbers.extend(number(1e6)?.map(|count| (*heading, count)));
+                }
                 Holds::Pedestrians(heading) => {
                     if let Some(count) = number(1e6)? {
                         *interval.pedestrians.entry(*heading).or_insert(0.0) += count;
@@ -434,12 +455,23 @@ impl Columns {
                 | Holds::Zone
                 | Holds::End
                 | Holds::Total(_)
+                | Holds::HeavyUnclear(_)
                 | Holds::Shared(_) => {}
             }
         }
         for (heading, percent) in percents {
             let vehicles = interval.approach(heading);
             interval.heavy.insert(heading, vehicles * percent / 100.0);
+        }
+        for (heading, count) in numbers {
+            let vehicles = interval.approach(heading);
+            if count > vehicles {
+                return Err(format!(
+                    "{count} heavy vehicles {heading}, but {vehicles} vehicles there; if they are percent, put % into the \
+                     name of the column"
+                ));
+            }
+            interval.heavy.insert(heading, count);
         }
         Ok(Some((id, interval)))
     }
@@ -486,25 +518,6 @@ fn keep_local(
     unused.extend(all.iter().filter(|c| is_other(c)).map(|(i, _)| names[*i].clone()));
     all.retain(|column| !is_other(column));
     Ok(())
-}
-
-/// Returns what is wrong where two columns count the same turn and do not say that it has two exits.
-fn twice(all: &[(usize, Holds)], names: &[String]) -> Option<String> {
-    let is_second = |name: &str| {
-        let name = name.to_uppercase();
-        name.ends_with('2') || ["HARD", "BEAR"].iter().any(|word| name.contains(word))
-    };
-    all.iter().enumerate().find_map(|(k, (i, holds))| {
-        let same = |(j, other): &&(usize, Holds)| {
-            matches!(holds, Holds::Vehicles(..) | Holds::HeavyPercent(_) | Holds::Total(_))
-                && other == holds
-                && !is_second(&names[*i])
-                && !is_second(&names[*j])
-        };
-        let (j, _) = all[..k].iter().find(same)?;
-        let (one, other) = (&names[*j], &names[*i]);
-        Some(format!("columns {one} and {other} count the same; remove one, or add their numbers"))
-    })
 }
 
 /// Returns the columns with one of those that name the intersection.
@@ -558,35 +571,6 @@ fn movements<'a>(names: impl Iterator<Item = &'a str>) -> usize {
         )
     };
     names.filter(is_movement).count()
-}
-
-/// Returns the names of the columns of a line that has turns only, such as `Left, Thru, Right`, each with the direction
-/// above it, which stands over the first of its columns.
-fn below_directions(lines: &[Line], at: usize) -> Option<Vec<String>> {
-    // Any direction makes a movement of a turn.
-    let is_turn = |name: &str| matches!(holds(&format!("NB{name}")), Some(Holds::Vehicles(..)));
-    if lines[at].fields().filter(|name| !name.is_empty() && is_turn(name)).count() < ENOUGH {
-        return None;
-    }
-    let is_heading = |name: &str| matches!(holds(&format!("{name}L")), Some(Holds::Vehicles(..)));
-    // Between the two may be the names of the streets.
-    let above = lines[..at].iter().rev().take(3);
-    let above = above
-        .into_iter()
-        .find(|l| l.fields().filter(|f| f.len() > 1 && is_heading(f)).count() >= 2)?;
-    let mut heading = String::new();
-    let mut names = Vec::new();
-    for (i, name) in lines[at].fields().enumerate() {
-        let over = above.text(i);
-        if over.len() > 1 && is_heading(over) {
-            over.clone_into(&mut heading);
-        } else if !over.is_empty() {
-            heading.clear();
-        }
-        let is_own = !heading.is_empty() && !name.is_empty();
-        names.push(if is_own { format!("{heading} {name}") } else { name.to_owned() });
-    }
-    Some(names)
 }
 
 #[cfg(test)]

@@ -330,13 +330,17 @@ fn names_are_compared_without_case_leading_zeros_and_what_separates_words() {
 
 #[test]
 fn pedestrians_cross_the_arm_that_their_column_names_or_any() {
-    let text = "INTID,Time,NBL,NBT,NBR,SBT,EBT,WBT,NB Peds,SB Peds CW,SB Peds CCW,PED\n\
-                7,07:00,1,2,3,4,5,6,30,7,8,20\n7,08:00,0,0,1,0,0,0,1,1,1,1\n";
-    let joined = counts(text).into_approaches(&cross(), &[], RIGHT).unwrap();
-    let walk = joined.approaches.iter().map(|a| a.counted.unwrap().pedestrians_per_h.unwrap());
-    // North, east, south, west: those of no direction are 5 each.
-    assert_eq!(walk.collect::<Vec<_>>(), [20.0, 5.0, 35.0, 5.0]);
-    let said = doubts(&joined);
+    let walk = |text: &str| -> (Vec<Option<f64>>, String) {
+        let joined = counts(text).into_approaches(&cross(), &[], RIGHT).unwrap();
+        let walk = joined.approaches.iter().map(|a| a.counted.unwrap().pedestrians_per_h);
+        (walk.collect(), doubts(&joined))
+    };
+    let text = "INTID,Time,NBL,NBT,NBR,SBT,NB Peds,SB Peds CW,SB Peds CCW\n\
+                7,07:00,1,2,3,4,30,7,8\n7,08:00,0,0,1,0,1,1,1\n";
+    // North, east, south, west.
+    assert_eq!(walk(text).0, [Some(15.0), None, Some(30.0), None]);
+    let (of_any, said) = walk("INTID,NBL,NBT,NBR,PED\n7,1,2,3,20\n");
+    assert_eq!(of_any, [Some(5.0); 4]);
     assert!(said.contains("divided equally among the crosswalks (intersection 7: 20)"), "{said}");
     let without =
         counts("INTID,NBL,NBT,SBT\n7,1,2,3\n").into_approaches(&cross(), &[], RIGHT).unwrap();
@@ -574,4 +578,95 @@ fn words_that_look_like_counts_are_none() {
     let net = counts("INTID,NEL,NET,NER\n7,0,100,0\n");
     let net = net.into_approaches(&diagonal, &[], RIGHT).unwrap();
     assert_eq!(volumes(&net)[2], Some([0.0, 100.0, 0.0]));
+}
+
+#[test]
+fn heavy_vehicles_and_the_peak_hour_factor_stay_where_the_counts_have_none() {
+    let mut arms = cross();
+    let before = Counted {
+        heavy_vehicles: Some(0.15),
+        arrivals: Some(Arrivals::PeakHourFactor(0.9)),
+        ..Counted::default()
+    };
+    arms[0].arms[2].counted = Some(before);
+    let south = |text: &str| {
+        let joined = counts(text).into_approaches(&arms, &[], RIGHT).unwrap();
+        let south = joined.approaches[2].counted.unwrap();
+        (south.heavy_vehicles, south.arrivals)
+    };
+    assert_eq!(south("INTID,NBL,NBT,NBR\n7,1,80,1\n"), (Some(0.15), before.arrivals));
+    assert_eq!(south("INTID,NBL,NBT,NBR,NB HV %\n7,1,80,1,5\n").0, Some(0.05));
+}
+
+#[test]
+fn sums_of_pedestrians_are_not_added_to_their_parts() {
+    let people = |columns: &str, row: &str| {
+        let counts = counts(&format!("INTID,NBL,NBT,NBR,{columns}\n7,1,2,3,{row}\n"));
+        let joined = counts.into_approaches(&cross(), &[], RIGHT).unwrap();
+        (joined.approaches[2].counted.unwrap().pedestrians_per_h, doubts(&joined))
+    };
+    let (both_ways, said) = people("NB Peds CW,NB Peds CCW,NB Peds Total", "10,15,25");
+    assert_eq!(both_ways, Some(25.0));
+    assert!(said.contains("columns that are not used: NB Peds Total"), "{said}");
+    assert_eq!(people("NB Peds CW,NB Peds Total", "10,25").0, Some(25.0));
+    let (all, said) = people("NB Peds,PEDS", "10,10");
+    assert!(all == Some(10.0) && said.contains("not used: PEDS"), "{said}");
+    let e = refused("INTID,NBL,NBT,NBR,SBT,NB Peds,PEDS\n7,1,2,3,4,5,9\n");
+    assert!(e.contains("column PEDS may be the sum of NB Peds and others; remove it"), "{e}");
+    let e = refused("INTID,NBL,NBT,NBR,NB Peds,Northbound Peds\n7,1,2,3,4,5\n");
+    assert!(e.contains("columns NB Peds and Northbound Peds count the same"), "{e}");
+}
+
+#[test]
+fn heavy_vehicles_that_may_be_something_else_are_refused() {
+    let e = refused("INTID,NBL,NBT,NBR,NB HV\n7,100,400,50,33\n");
+    assert!(e.contains("column NB HV may have percentages or numbers of heavy vehicles"), "{e}");
+    assert!(e.contains("call it NB HV % or NB HV count"), "{e}");
+    let count = counts("INTID,NBL,NBT,NBR,NB HV count\n7,100,400,50,33\n");
+    let joined = count.into_approaches(&cross(), &[], RIGHT).unwrap();
+    assert_eq!(joined.approaches[2].counted.unwrap().heavy_vehicles, Some(0.06));
+    let e = refused("INTID,NBL,NBT,NBR,NB HV count\n7,1,2,3,33\n");
+    assert!(e.contains("line 2: 33 heavy vehicles NB, but 6 vehicles there"), "{e}");
+    let e = refused("INTID,NBL,NBT,NBR,NB Trucks Thru\n7,100,400,50,40\n");
+    assert!(e.contains("column NBT may contain the vehicles of NB Trucks Thru; if it does not, call it NBT Cars"), "{e}");
+    let classes = counts("INTID,NBL,NBT Cars,NBR,NB Trucks Thru\n7,100,360,50,40\n");
+    let joined = classes.into_approaches(&cross(), &[], RIGHT).unwrap();
+    assert_eq!(through(&joined), 400.0);
+}
+
+#[test]
+fn directions_that_no_arm_has_are_named_with_the_arms() {
+    let mut arms = cross();
+    for (arm, name) in arms[0].arms.iter_mut().zip(["NE Oak", "SW Oak", "SE Main", "NW Main"]) {
+        arm.arm = name.to_owned();
+    }
+    let e = counts("INTID,NBL,NBT,SBT\n7,1,100,50\n").into_approaches(&arms, &[], RIGHT);
+    let e = e.unwrap_err().to_string();
+    let expected = "intersection 7: its counted directions NB SB belong to none of its arms NE Oak, SW Oak, SE Main, NW Main";
+    assert!(e.contains(expected), "{e}");
+}
+
+#[test]
+fn an_int_that_is_no_intersection_is_named_and_hours_that_overlap_are_refused() {
+    let int = counts("NBL,NBT,NBR,Int\n10,80,6,96\n").into_approaches(&cross(), &[], RIGHT);
+    let e = int.unwrap_err().to_string();
+    assert!(
+        e.contains("(96) is one of the table (7)") && e.contains("column Int was read as"),
+        "{e}"
+    );
+    let rolling = northbound("Time", &[("7:00-8:00", 100), ("7:15-8:15", 110)]);
+    let e = counts(&rolling).into_approaches(&cross(), &[], RIGHT).unwrap_err().to_string();
+    assert!(e.contains("line 3: begins at 07:15, before the row of line 2 ends at 08:00"), "{e}");
+    let e = refused("INTID,NBL,NBT,NBR,NBRTOR\n7,1,2,3,4\n");
+    assert!(e.contains("column NBRTOR may count vehicles, and is not understood"), "{e}");
+}
+
+#[test]
+fn columns_of_totals_may_be_called_app_and_int() {
+    let text = ",Northbound,,,,Southbound,,,,\nTime,R,T,L,App,R,T,L,App,Int\n7:00,1,80,3,84,4,50,6,60,144\n";
+    let joined = counts(text).into_approaches(&cross(), &[], RIGHT).unwrap();
+    assert_eq!(
+        (volumes(&joined)[2], volumes(&joined)[0]),
+        (Some([3.0, 80.0, 1.0]), Some([6.0, 50.0, 4.0]))
+    );
 }

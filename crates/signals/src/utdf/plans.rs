@@ -4,7 +4,8 @@
 //! - **Control types** are 0 pretimed, 1 actuated, 2 semi-actuated and 3 coordinated. Semi-actuated plans run as actuated
 //!   with the recalls of the file. Without `[Timeplans]` a plan is actuated.
 //! - **A phase** is one with a longest green. Phases without a movement at the signal keep their place and time, because
-//!   they may be another node's of the same controller.
+//!   they may be another node's of the same controller. They keep a walk if column `PED` names them: then they are for
+//!   pedestrians alone.
 
 use std::collections::BTreeMap;
 
@@ -43,6 +44,9 @@ const DEFAULT_CHANGE_S: [f64; 2] = [4.0, 1.0];
 /// Shortest green and passage time where a phase has none, seconds.
 const DEFAULT_GREEN_S: f64 = 5.0;
 const DEFAULT_PASSAGE_S: f64 = 3.0;
+
+/// Column of the phases that are for pedestrians alone.
+pub(super) const PEOPLE: &str = "PED";
 
 /// Names of the movements of a signal by the columns of its lane groups; none of those that lead nowhere.
 pub(super) type Names = BTreeMap<String, (Heading, Turn)>;
@@ -232,11 +236,15 @@ impl Utdf {
         names: &Names,
         plan: &mut ExistingPlan,
     ) -> Result<Result<(), String>, Fault> {
+        let mut of_people = Vec::new();
         for (record, yields) in OF_LANES {
             let Some(cells) = self.tables.lanes.get(&(record.to_owned(), id.to_owned())) else {
                 continue;
             };
             for (column, cell) in cells {
+                if column == PEOPLE {
+                    of_people.push(number(cell, record)?);
+                }
                 let Some(way) = names.get(column) else { continue };
                 let number = number(cell, record)?;
                 if number <= 0.0 {
@@ -255,6 +263,15 @@ impl Utdf {
                 } else if !known {
                     phase.movements.push(name);
                 }
+            }
+        }
+        // What another node's phase does for its pedestrians is nothing to those of this one.
+        for phase in &mut plan.phases {
+            let is_own = of_people.contains(&f64::from(phase.number));
+            if phase.all_movements().next().is_none() && !is_own {
+                phase.walk_s = None;
+                let recall = phase.recall;
+                phase.recall = if recall == Recall::Ped { Recall::Min } else { recall };
             }
         }
         // As engineers list them: left, through, right.

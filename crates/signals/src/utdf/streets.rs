@@ -53,6 +53,9 @@ const MOST_STORAGE_M: f64 = 1000.0;
 /// Growth below which it is probably a factor, percent.
 const LEAST_GROWTH_PERCENT: f64 = 10.0;
 
+/// Percentage of heavy vehicles below which it is probably a share.
+const LEAST_HEAVY_PERCENT: f64 = 1.0;
+
 /// Fewest links of a signal: with two there is nothing to decide.
 const MIN_LINKS: usize = 3;
 
@@ -109,6 +112,7 @@ struct Said {
     several_exits: Vec<String>,
     one_controller: Vec<String>,
     growth: Vec<String>,
+    heavy: Vec<String>,
     few: Vec<String>,
     no_volume: Vec<String>,
     no_plan: Vec<String>,
@@ -131,6 +135,8 @@ struct Movement {
     growth_percent: Option<f64>,
     peak_hour_factor: Option<f64>,
     heavy: Option<f64>,
+    /// Heavy vehicles as the file has them, percent.
+    heavy_percent: Option<f64>,
     /// People per hour who cross where it leaves.
     pedestrians_per_h: Option<f64>,
     /// Length of its bay, metres, and how many of its lanes are in it.
@@ -548,8 +554,7 @@ impl Utdf {
             let volume = range(&volumes, "volume", 0.0, MOST_VPH)?;
             let factor =
                 range(&factors, "phf", MIN_PEAK_HOUR_FACTOR, 1.0)?.or_else(|| default("phf"));
-            let percent =
-                range(&heavy, "heavyvehicles", 0.0, 100.0)?.map(|percent| percent / 100.0);
+            let heavy_percent = range(&heavy, "heavyvehicles", 0.0, 100.0)?;
             let pedestrians_per_h = range(&peds, "peds", 0.0, MOST_PEDESTRIANS_PER_H)?;
             let bay_m =
                 range(&storage, "storage", 0.0, MOST_LENGTH_M)?.map(|length| length * unit_m);
@@ -569,9 +574,11 @@ impl Utdf {
                 growth_percent,
                 peak_hour_factor: factor
                     .filter(|factor| (MIN_PEAK_HOUR_FACTOR..=1.0).contains(factor)),
-                heavy: percent
+                heavy: heavy_percent
+                    .map(|percent| percent / 100.0)
                     .or_else(|| default("hv"))
                     .filter(|share| (0.0..=1.0).contains(share)),
+                heavy_percent,
                 pedestrians_per_h,
             });
         }
@@ -789,7 +796,11 @@ impl Said {
     /// Says what is doubtful about the volumes of a signal.
     fn volumes(&mut self, id: &str, movements: &[Movement]) {
         let is_factor = |growth: &f64| *growth > 0.0 && *growth < LEAST_GROWTH_PERCENT;
+        let is_share = |percent: &f64| *percent > 0.0 && *percent < LEAST_HEAVY_PERCENT;
         for m in movements {
+            if let Some(percent) = m.heavy_percent.filter(is_share) {
+                self.heavy.push(format!("node {id} {}: {percent}", m.column));
+            }
             if let Some(growth) = m.growth_percent.filter(is_factor) {
                 self.growth.push(format!("node {id} {}: {growth}", m.column));
             }
@@ -855,6 +866,10 @@ impl Said {
             (
                 "growth is percent here (100 = none); if it is a factor, multiply it by 100",
                 self.growth,
+            ),
+            (
+                "HeavyVehicles is percent and below 1 here; if these are shares, multiply them by 100",
+                self.heavy,
             ),
             (
                 "signals have hardly any vehicle; volumes may be shares or in thousands, or growth a factor",

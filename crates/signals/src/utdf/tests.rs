@@ -244,6 +244,15 @@ fn a_growth_that_is_a_factor_and_hardly_any_vehicle_are_said() {
 }
 
 #[test]
+fn heavy_vehicles_that_may_be_a_share_are_said() {
+    let said_of = |text: &str| said(&read(text).intersections().unwrap());
+    let text = TWO.replace("HeavyVehicles,1,2,2,", "HeavyVehicles,1,0.05,0,");
+    let expected = "HeavyVehicles is percent and below 1 here; if these are shares, multiply them by 100 (node 1 NBL: 0.05)";
+    assert!(said_of(&text).contains(expected), "{}", said_of(&text));
+    assert!(!said_of(TWO).contains("HeavyVehicles is percent"));
+}
+
+#[test]
 fn a_movement_with_lanes_and_without_a_volume_is_named() {
     let text = TWO.replace("Volume,1,80,310,", "Volume,1,80,,");
     let said_of = |text: &str| said(&read(text).intersections().unwrap());
@@ -298,6 +307,30 @@ fn half_a_walk_is_said_and_left_out() {
     let said = said(&converted);
     let expected = "phases that have only one of Walk and DontWalk get no walk; give both, or none (node 1, phase 2)";
     assert!(said.contains(expected), "{said}");
+}
+
+#[test]
+fn a_phase_for_pedestrians_alone_is_the_one_of_the_column_ped() {
+    let mut ninth =
+        TWO.replace("D7,D8", "D7,D8,D9").replace("Cycle Length,1,100", "Cycle Length,1,124");
+    for (row, cell) in [
+        ("BRP,1,111,112,211,212,121,122,221,222", "311"),
+        ("MaxGreen,1,12,34,10,24.5,14,32,10,24.5", "20"),
+        ("Yellow,1,3.5,4.3,3.5,3.6,3.5,4.3,3.5,3.6", "3.5"),
+        ("AllRed,1,1,1.2,1,1.4,1,1.2,1,1.4", "0.5"),
+        ("\nWalk,1,,7,,7,,7,,7", "7"),
+        ("DontWalk,1,,14,,17,,14,,17", "13"),
+    ] {
+        ninth = ninth.replace(row, &format!("{row},{cell}"));
+    }
+    let walk = |text: &str| {
+        let all = plans(text);
+        all[0].plan.phases.iter().find(|p| p.number == 9).unwrap().walk_s
+    };
+    assert_eq!(walk(&ninth), None, "of another node of the controller");
+    let row = "Phase1,1,3,8,,7,4,,5,2,,1,6,,";
+    let of_people = ninth.replacen(&format!("\n{row},"), &format!("\n{row}9,"), 1);
+    assert_eq!(walk(&of_people), Some([7.0, 13.0]));
 }
 
 fn plans(text: &str) -> Vec<NamedPlan> {

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use super::plans::PEOPLE;
 use crate::existing::{Control, ExistingPlan, PlanPhase, Recall};
 
 /// Columns of movements, in UTDF's order.
@@ -36,7 +37,7 @@ pub fn to_utdf(plans: &[(u32, ExistingPlan)]) -> Result<String, String> {
     let mut text =
         "[Network]\nNetwork Settings\nRECORDNAME,DATA\nUTDFVERSION,8\n\n[Lanes]\nLane Group Data\n"
             .to_owned();
-    text.push_str(&format!("RECORDNAME,INTID,{}\n", MOVEMENTS.join(",")));
+    text.push_str(&format!("RECORDNAME,INTID,{},{PEOPLE}\n", MOVEMENTS.join(",")));
     plans.iter().for_each(|(node, plan)| lanes(&mut text, *node, plan));
     text.push_str("\n[Timeplans]\nTiming Plan Settings\nRECORDNAME,INTID,DATA\n");
     plans.iter().for_each(|(node, plan)| times(&mut text, *node, plan));
@@ -93,13 +94,18 @@ fn lanes(text: &mut String, node: u32, plan: &ExistingPlan) {
         let mut of: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
         for phase in &plan.phases {
             names(phase).iter().for_each(|name| of.entry(name).or_default().push(phase.number));
+            let is_for_people = phase.all_movements().next().is_none() && phase.walk_s.is_some();
+            if is_for_people && kind == "Phase" {
+                of.entry(PEOPLE).or_default().push(phase.number);
+            }
         }
         let rows = of.values().map(Vec::len).max().unwrap_or_default();
         for row in 0..rows {
             let cell = |name: &&str| {
                 of.get(name).and_then(|all| all.get(row)).map_or_else(String::new, u32::to_string)
             };
-            record(text, &format!("{kind}{}", row + 1), node, MOVEMENTS.iter().map(cell));
+            let columns = MOVEMENTS.iter().chain(std::iter::once(&PEOPLE));
+            record(text, &format!("{kind}{}", row + 1), node, columns.map(cell));
         }
     }
 }
@@ -212,8 +218,8 @@ mod tests {
     fn rows_are_those_of_synchro() {
         let text = to_utdf(&[(7, plan(Control::Coordinated))]).unwrap();
         for line in [
-            "Phase1,7,5,2,2,1,6,6,,4,4,,8,8,,,,,,,,,,,,",
-            "PermPhase1,7,,,,,,,4,,,8,,,,,,,,,,,,,,",
+            "Phase1,7,5,2,2,1,6,6,,4,4,,8,8,,,,,,,,,,,,,",
+            "PermPhase1,7,,,,,,,4,,,8,,,,,,,,,,,,,,,",
             "Control Type,7,3",
             "Cycle Length,7,61.5",
             "Reference Phase,7,206",

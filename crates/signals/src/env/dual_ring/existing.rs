@@ -7,6 +7,8 @@
 //!   phase that serves its right turns alone.
 //! - **Pedestrians** take walk and clearance of the plan: in every cycle where every method serves them so, else on recall,
 //!   or when somebody has pushed the button. Where nobody crosses, only recall does. A fixed cycle is what it is.
+//!   A phase without a walk serves nobody on foot. A phase without vehicles that has a walk is for pedestrians alone: it
+//!   serves the crosswalks that no other phase with a walk does.
 
 use osm_signals::Turn;
 
@@ -125,6 +127,9 @@ impl<'a> Wired<'a> {
         let walk_s = phase.walk_s.filter(|_| in_every_cycle).map_or(0, whole_s);
         let min_s = nearest_s(phase.min_green_s).max(1).max(walk_s);
         let links = self.all(index);
+        // Where everybody crosses in every cycle, nobody pushes a button for a phase of pedestrians alone.
+        let is_for_people = links.is_empty() && !crossings.is_empty();
+        let is_recalled = phase.recall != Recall::None || is_for_people && in_every_cycle;
         Phase {
             number: phase.number,
             serves: "phase",
@@ -136,7 +141,7 @@ impl<'a> Wired<'a> {
             limit_s: None,
             change_s: change_s(phase.yellow_s, phase.all_red_s),
             passage_s: nearest_s(phase.passage_s),
-            recall: phase.recall != Recall::None || self.is_coordinated(index),
+            recall: is_recalled || self.is_coordinated(index),
             is_full: phase.recall == Recall::Max,
             enters: phase.dual_entry,
         }
@@ -154,23 +159,25 @@ impl<'a> Wired<'a> {
     }
 
     /// Returns the crosswalks of a phase with the time that they take, seconds: each belongs to the phase with most links
-    /// of those that have a walk.
+    /// of those that have a walk and serve it.
     fn crossings(&self, index: usize, timing: &Timing) -> Vec<(usize, u32)> {
+        let Some(walk_s) = self.plan.phases[index].walk_s.map(whole_s) else { return Vec::new() };
         let state = |phase: usize| -> String {
             let own = self.all(phase);
             (0..self.links.count()).map(|l| if own.contains(&l) { 'G' } else { 'r' }).collect()
         };
         let owner = |crossing: usize| {
-            let serves = |p: &usize| timing.serves_crossing(&state(*p), crossing);
-            let size = |p: &usize| (self.plan.phases[*p].walk_s.is_some(), self.all(*p).len());
+            let serves = |p: &usize| {
+                let is_for_people = self.all(*p).is_empty() && timing.is_open(crossing);
+                let is_beside = || timing.serves_crossing(&state(*p), crossing);
+                self.plan.phases[*p].walk_s.is_some() && (is_for_people || is_beside())
+            };
+            let size = |p: &usize| self.all(*p).len();
             (0..self.plan.phases.len()).filter(serves).rev().max_by_key(size)
         };
         (0..timing.crossings())
             .filter(|crossing| owner(*crossing) == Some(index))
-            .map(|crossing| {
-                let walk_s = self.plan.phases[index].walk_s.map(whole_s);
-                (crossing, walk_s.unwrap_or_else(|| timing.crossing_s(crossing)).max(WALK_S))
-            })
+            .map(|crossing| (crossing, walk_s.max(WALK_S)))
             .collect()
     }
 
@@ -424,6 +431,23 @@ mod tests {
         assert_eq!(least_s(true), [35, 35]);
         let [without, recalled] = least_s(false);
         assert!(without < 35 && recalled == 35, "{without} {recalled}");
+    }
+
+    #[test]
+    fn a_phase_without_a_walk_serves_nobody_and_one_without_vehicles_all_that_is_left() {
+        let (scene, mut plan) = (scene(), placed(Control::Actuated));
+        let served = |plan: &ExistingPlan| {
+            let wired = Wired::new(plan, &scene, &scene.signals[0]).unwrap();
+            let settings = SignalSettings { pedestrians: true, ..settings() };
+            let rings = wired.rings(&timing(&wired.links, &settings));
+            let of = |phase: &Phase| (phase.number, phase.crossings.len(), phase.recall);
+            rings.phases.iter().map(of).filter(|of| of.1 > 0).collect::<Vec<_>>()
+        };
+        assert!(served(&plan).is_empty());
+        let mut people = phase(9, [3, 1, 1], "");
+        people.walk_s = Some([7.0, 13.0]);
+        plan.phases.push(people);
+        assert_eq!(served(&plan), [(9, 4, true)]);
     }
 
     fn rings(plan: &ExistingPlan) -> Rings {
