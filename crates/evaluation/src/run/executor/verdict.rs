@@ -14,6 +14,9 @@ const NO_MEMORY: [&str; 2] = ["memory allocation of ", "std::bad_alloc"];
 /// Lines of a worker's log that a failure quotes.
 const QUOTED_LINES: usize = 6;
 
+/// How errors of a simulator begin in a log.
+const ERROR: &str = "Error: ";
+
 /// What stands between two of them.
 const BETWEEN: &str = " | ";
 
@@ -81,6 +84,13 @@ fn meaning(signal: i32) -> &'static str {
 /// Returns the last lines of a worker's log.
 fn quoted(log: &Path) -> String {
     last_lines(&end(log), QUOTED_LINES)
+}
+
+/// Returns the last error that a simulator wrote into a worker's log, without the word itself.
+pub(super) fn last_error(log: &Path) -> Option<String> {
+    let text = end(log);
+    let error = text.lines().rev().find_map(|line| line.trim().strip_prefix(ERROR))?;
+    Some(error.trim().to_owned())
 }
 
 /// Returns the end of a log; nothing of one that cannot be read.
