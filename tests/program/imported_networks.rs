@@ -268,6 +268,15 @@ fn a_signal_that_an_additional_file_switches_off_stays_dark_unless_the_clock_may
 }
 
 #[test]
+fn a_wrong_setting_beside_a_sumo_scenario_is_told_without_the_embedded_one() {
+    let files = Scenario::new();
+    let config = scenario(&files, "net", r#"<trip id="t" depart="0" from="WA" to="BE"/>"#);
+    let command = "run --sumocfg net.sumocfg --methods fixed-time --set fixed_time.simulations=4";
+    let said = stderr(&run(folder(&config), command));
+    assert!(said.starts_with("error: --set fixed_time.simulations=4: "), "{said}");
+}
+
+#[test]
 fn quiet_prints_how_many_tasks_failed_and_the_first_reason_in_one_line() {
     let files = Scenario::new();
     // SUMO checks whether a route is connected only when the vehicle is about to depart.
