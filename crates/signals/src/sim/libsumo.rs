@@ -252,10 +252,8 @@ impl SumoSim {
             },
         };
         let (_, mutual) = self.mutual.insert((config, mutual));
-        let id = match self.signals.get(signal) {
-            Some(id) => id.to_string_lossy().into_owned(),
-            None => return Ok(()),
-        };
+        let Some(id) = self.signals.get(signal) else { return Ok(()) };
+        let id = id.to_string_lossy().into_owned();
         let states = program.phases.iter().map(|phase| phase.state.as_str());
         let Some((a, b)) = mutual.refused(&id, states) else { return Ok(()) };
         let reason = format!(

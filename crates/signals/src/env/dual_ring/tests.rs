@@ -115,7 +115,8 @@ fn greens_that_make_no_rings_are_stages_in_their_order() {
 
 #[test]
 fn a_signal_over_several_nodes_runs_its_own_greens() {
-    let over_several = Links { has_inner: true, ..cross() };
+    let mut over_several = cross();
+    over_several.has_inner = true;
     let plan = plan(&over_several);
     assert!(plan.stages && !self::plan(&cross()).stages);
     assert_eq!(plan.phases.len(), over_several.states.len());
