@@ -142,6 +142,10 @@ impl Connection {
     /// Returns the lane that it starts on, and the connection.
     fn of(attributes: &mut Attributes) -> Option<(String, Self)> {
         let (from, to) = (attributes.remove("from")?, attributes.remove("to")?);
+        // Ways out of a junction are no links of it.
+        if from.starts_with(':') && !to.starts_with(':') {
+            return None;
+        }
         let lane = format!("{from}_{}", attributes.get("fromLane")?);
         let index = attributes.get("linkIndex").and_then(|index| index.parse().ok());
         let signal = attributes.remove("tl").zip(index);
