@@ -319,7 +319,11 @@ fn scenario(args: &RunArgs) -> anyhow::Result<LoadedScenario> {
     let episodes = args.episodes.map(|n| Override::episodes(n.get()));
     let settings: Vec<Override> =
         episodes.clone().into_iter().chain(args.scenario.settings()).collect();
-    let loaded = args.scenario.signals(&settings)?;
+    let loaded = args.scenario.signals(&settings);
+    let loaded = match args.sumocfg.is_empty() {
+        true => loaded?,
+        false => loaded.map_err(without_scenario)?,
+    };
     let trained = loaded.scenario.training.episodes;
     match episodes {
         Some(flag) if args.episodes.is_some_and(|n| n.get() != trained) => {
@@ -327,6 +331,19 @@ fn scenario(args: &RunArgs) -> anyhow::Result<LoadedScenario> {
             Err(FamilyError::Override { flag: flag.flag().to_owned(), message }.into())
         }
         _ => Ok(loaded),
+    }
+}
+
+/// Names the flags alone where a setting is wrong: the family of the embedded scenario gives way to SUMO scenarios.
+fn without_scenario(e: anyhow::Error) -> anyhow::Error {
+    match e.downcast::<FamilyError>() {
+        Ok(FamilyError::Setting { file, field, value, expected }) => {
+            let flags = file.split_once(" (embedded) with ").map(|(_, flags)| flags.to_owned());
+            let file = flags.unwrap_or(file);
+            FamilyError::Setting { file, field, value, expected }.into()
+        }
+        Ok(other) => other.into(),
+        Err(e) => e,
     }
 }
 

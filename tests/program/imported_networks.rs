@@ -244,6 +244,43 @@ fn a_signal_that_flashes_is_dark_or_closed_keeps_its_program_and_others_are_cont
 }
 
 #[test]
+fn a_signal_that_an_additional_file_switches_off_stays_dark_unless_the_clock_may_switch_it_on() {
+    let files = Scenario::new();
+    files.build("two", TWO, STREET, None);
+    let routes = r#"<flow id="f" from="wc" to="de" begin="0" end="300" period="9"/>"#;
+    let config = scenario(&files, "two", routes);
+    let text = fs::read_to_string(&config).unwrap();
+    let end = text.rfind("</").unwrap();
+    let more = format!("{}<additional-files value=\"x.add.xml\"/>{}", &text[..end], &text[end..]);
+    fs::write(&config, more).unwrap();
+    let off = r#"<tlLogic id="D" type="static" programID="off"/>"#;
+    let additional = folder(&config).join("x.add.xml");
+    fs::write(&additional, format!("<additional>{off}</additional>")).unwrap();
+    let told = succeed(folder(&config), "signals two.sumocfg");
+    let heads: Vec<&str> = told.lines().filter(|l| l.starts_with("signal ")).collect();
+    assert_eq!(heads, ["signal C"]);
+    assert!(told.contains("and methods control them where it is removed: D"), "{told}");
+    let command =
+        "run --sumocfg two.sumocfg --methods program,max-pressure --eval-seeds 1 --out out";
+    assert!(run(folder(&config), command).status.success());
+    let clock = r#"<WAUT id="w" refTime="0" startProg="off"><wautSwitch time="60" to="0"/></WAUT>
+        <wautJunction wautID="w" junctionID="D"/>"#;
+    fs::write(&additional, format!("<additional>{off}{clock}</additional>")).unwrap();
+    let said = stderr(&run(folder(&config), "signals two.sumocfg"));
+    assert!(said.contains("signal D: the program that runs at the start never shows"), "{said}");
+    assert!(said.contains("pass --begin with the time of that switch"), "{said}");
+}
+
+#[test]
+fn a_wrong_setting_beside_a_sumo_scenario_is_told_without_the_embedded_one() {
+    let files = Scenario::new();
+    let config = scenario(&files, "net", r#"<trip id="t" depart="0" from="WA" to="BE"/>"#);
+    let command = "run --sumocfg net.sumocfg --methods fixed-time --set fixed_time.simulations=4";
+    let said = stderr(&run(folder(&config), command));
+    assert!(said.starts_with("error: --set fixed_time.simulations=4: "), "{said}");
+}
+
+#[test]
 fn quiet_prints_how_many_tasks_failed_and_the_first_reason_in_one_line() {
     let files = Scenario::new();
     // SUMO checks whether a route is connected only when the vehicle is about to depart.

@@ -334,3 +334,41 @@ fn plain_sumo_repeats_episodes_of_a_scenario_whose_programs_change_by_the_clock(
     assert!(!folder.join("out/report/plans/a.winner.sumocfg").exists());
     assert!(folder.join("out/report/plans/a.actuated.add.xml").exists());
 }
+
+/// Flows over a signal of four nodes, of which the vehicles of one are left out of SUMO's `tripinfo`.
+const OVER_FOUR: &str = r#"<routes>
+    <vType id="q"><param key="has.tripinfo.device" value="false"/></vType>
+    <flow id="a" type="q" from="left0A0" to="B0right0" begin="0" end="300" period="7"/>
+    <flow id="b" from="bottom0A0" to="A1top0" begin="0" end="300" period="9"/>
+    <flow id="c" from="right1B1" to="A1left1" begin="0" end="300" period="8"/>
+    <flow id="d" from="top1B1" to="B0bottom1" begin="0" end="300" period="11"/>
+</routes>"#;
+
+#[test]
+fn what_is_handed_out_of_a_signal_over_several_nodes_runs_in_plain_sumo_and_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let options = "--grid --grid.number 2 --grid.length 30 --grid.attach-length 150 \
+        --default-junction-type traffic_light --tls.join --tls.join-dist 40 -o n.net.xml";
+    let words = options.split_whitespace();
+    let made = Command::new("netgenerate").args(words).current_dir(folder).output().unwrap();
+    assert!(made.status.success(), "{}", stderr(&made));
+    let detector = "<e1Detector id='e' lane='left0A0_0' pos='-20' period='60' file='mine.xml'/>";
+    for (name, text) in [
+        ("r.xml", OVER_FOUR.to_owned()),
+        ("x.xml", format!("<additional>{detector}</additional>")),
+        ("a.sumocfg", "<c><n v='n.net.xml'/><r v='r.xml'/><a v='x.xml'/><e v='300'/></c>".into()),
+    ] {
+        fs::write(folder.join(name), text).unwrap();
+    }
+    let methods = "--methods fixed-time --set fixed_time.simulations=8 --eval-seeds 1";
+    succeed(folder, &format!("run --sumocfg a.sumocfg {methods} --quiet --out out"));
+    assert_eq!(episodes_are_repeated(folder), 2);
+    let plans = folder.join("out/report/plans");
+    let plan = fs::read_to_string(plans.join("a.add.xml")).unwrap();
+    assert!(plan.contains("SUMO refuses it with -a, since the links"), "{plan}");
+    let (_, rows) = records(folder).pop().unwrap();
+    let delay_s = delay_s(folder, "-c out/report/plans/a.winner.sumocfg");
+    assert_eq!(rows[0]["metrics"]["delay_s"], delay_s);
+    assert!(!folder.join("mine.xml").exists() && !plans.join("mine.xml").exists());
+}

@@ -7,6 +7,7 @@
 //! - **Several trainings** have several plans. All are in the table; the files have that of the
 //!   best recorded objective.
 
+mod beside;
 pub(super) mod cabinet;
 mod config;
 mod described;

@@ -20,6 +20,11 @@ const SAID_BEFORE: [&str; 3] = ["Process Error", "Could not parse commandline op
 #[cfg(feature = "libsumo")]
 const AREA_DETECTOR: &str = "MSE2Collector";
 
+/// What is wrong with a signal that is off at the start of a scenario whose programs change by the clock.
+#[cfg(feature = "libsumo")]
+const OFF_AT_START: &str = "the program that runs at the start never shows green to cars, and a <WAUT> may switch to another \
+                            one later; pass --begin with the time of that switch, or remove the <WAUT>";
+
 /// Most signals and detectors that a message names.
 #[cfg(feature = "libsumo")]
 const FEW: usize = 6;
@@ -37,6 +42,8 @@ pub struct Loaded {
     pub railways: Vec<String>,
     /// Ids of signals that no program makes green for cars.
     pub dark: Vec<String>,
+    /// Ids of signals that the program at the start never makes green for cars, and nothing switches later.
+    pub switched_off: Vec<String>,
     /// The simulator's version.
     pub version: String,
 }
@@ -50,6 +57,11 @@ impl Loaded {
                 &self.dark,
                 "no program of these signals is ever green for cars, since they flash or are dark or closed; they keep it \
                  under every method",
+            ),
+            (
+                &self.switched_off,
+                "the program of these signals that runs at the start never shows green to cars, and nothing switches to \
+                 another one; they keep it under every method, and methods control them where it is removed",
             ),
         ];
         let there = groups.iter().filter(|(ids, _)| !ids.is_empty());
@@ -161,8 +173,13 @@ pub fn load(
     };
     let topology = sim.topology()?;
     let (railways, dark) = (sim.railways().to_vec(), sim.dark().to_vec());
+    let switched_off = sim.switched_off().to_vec();
     sim.close()?;
     let (mut signals, mut obstacles) = (Vec::new(), Vec::new());
+    if intake.sources.has_day_plan() {
+        let off = |id: &String| obstacle(format!("signal {id}: {OFF_AT_START}"));
+        obstacles.extend(switched_off.iter().map(off));
+    }
     // Phases are those that controllers choose from, where turns on red are no green.
     let mut seen = scene.clone();
     if settings.turn_on_red {
@@ -178,7 +195,7 @@ pub fn load(
         }
     }
     Ok(match obstacles.is_empty() {
-        true => Ok(Loaded { scene, topology, signals, railways, dark, version }),
+        true => Ok(Loaded { scene, topology, signals, railways, dark, switched_off, version }),
         false => Err(obstacles),
     })
 }

@@ -193,7 +193,11 @@ fn points(there: &[PointRow], now: &[PointRow]) -> Option<String> {
                 hash(new)
             )
         }
-        None => format!("the point MDP {name} has another environment or content than there"),
+        None if old.environment != new.environment => format!(
+            "the point MDP {name} has another path: {} there and {} now; give it by the path of there",
+            old.environment, new.environment
+        ),
+        None => format!("the point MDP {name} has another content than there"),
     })
 }
 
@@ -246,6 +250,15 @@ mod tests {
         let text = settings(&there, &now).unwrap();
         assert_eq!(text, "preset is \"resco\" there and \"field\" now");
         assert_eq!(settings(&there, &there), None);
+    }
+
+    #[test]
+    fn a_scenario_by_another_path_is_told_with_both() {
+        let by = |path: &str| PointRow { environment: path.into(), ..point("ab", 2.0) };
+        assert_eq!(
+            points(&[by("a/x.sumocfg")], &[by("/home/a/x.sumocfg")]).unwrap(),
+            "the point MDP busy has another path: a/x.sumocfg there and /home/a/x.sumocfg now; give it by the path of there"
+        );
     }
 
     #[test]

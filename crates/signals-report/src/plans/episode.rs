@@ -6,18 +6,16 @@
 
 use std::path::Path;
 
+use super::beside::Beside;
 use super::config::{Show, configuration, set_by_run, way_to};
-use super::files::remove_earlier;
 use super::program_xml::additional;
 use basics::files::{self, limits};
 use evaluation::store::manifest::{Identity, PointRow};
-use signals::environment::{given, planned_demand};
+use signals::environment::planned_demand;
 use signals::error::TrafficError;
 use signals::network_files::{GENERATED, NetworkFiles};
 use signals::program::SignalProgram;
 use signals::sim::SimError;
-use signals::sim::copies::copy;
-use signals::sim::intake::Intake;
 
 /// Name of the file with the programs.
 const PROGRAMS: &str = "states.add.xml";
@@ -69,31 +67,17 @@ impl Episode<'_> {
         let wrong = |reason| SimError::Config { path: own.clone(), reason };
         let mut written = Vec::new();
         let mut replaced = set_by_run(identity, point, seed)?;
+        let mut program = additional(method, programs, false, &comment);
         if point.environment == GENERATED {
             let demand = planned_demand(point, networks)?;
             written.push((VEHICLES, demand.routes(seed).1));
             replaced.push(("route-files".to_owned(), VEHICLES.to_owned()));
         } else {
-            let copies = folder.join(COPIES);
-            remove_earlier(&copies)?;
-            let intake = Intake::read(&own, &given(point)?)?;
-            let lists = copy(&intake.config, &intake.sources, &copies, false)?;
-            if !lists.is_empty() && folder.display().to_string().contains(',') {
-                let reason = "SUMO reads a comma in the name of a folder as two files; give --out without one";
-                return Err(wrong(reason.to_owned()).into());
-            }
-            let beside = own.parent().unwrap_or(Path::new(""));
-            let seen = |file: &str| {
-                let file = Path::new(file);
-                let copied = file.strip_prefix(folder).map(Path::to_path_buf);
-                let found = copied.or_else(|_| file.strip_prefix(beside).map(|f| way.join(f)));
-                found.unwrap_or_else(|_| file.to_path_buf()).display().to_string()
-            };
-            replaced.extend(lists.into_iter().map(|(option, files)| {
-                (option, files.split(',').map(seen).collect::<Vec<_>>().join(","))
-            }));
+            let beside = Beside { own: &own, point, folder, copies: COPIES, day_plan: false };
+            let handed = beside.write(program.as_deref().map(|text| (programs, text)))?;
+            replaced.extend(handed.replaced);
+            program = program.filter(|_| !handed.is_inside);
         }
-        let program = additional(method, programs, false, &comment);
         let has_programs = program.is_some();
         written.extend(program.map(|text| (PROGRAMS, text)));
         let text = files::read_text(&own, limits::NETWORK)?;

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::beside::{Beside, refused};
 use super::config::{Show, configuration, set_by_run, way_to};
 use super::program_xml::additional;
 use super::table;
@@ -18,6 +19,7 @@ use signals::environment::given;
 use signals::network_files::{GENERATED, NetworkFiles, file_name};
 use signals::program::{ProgramKind, SignalProgram};
 use signals::sim::intake::Intake;
+use signals::sim::mutual::Mutual;
 use signals::sim::sumocfg::SumoConfig;
 
 /// The method whose plans are tuned.
@@ -74,17 +76,17 @@ pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, FileError>
     for (point, own) in of_points.into_iter().enumerate() {
         let best = best_replicates(seen, &own);
         let begin_s = begin_s(data, &data.points[point].row, &plans);
+        let mutual = mutual(data, &data.points[point].row, &plans);
         for plan in own {
             let is_shown = best.iter().any(|s| std::ptr::eq(*s, plan));
-            let file = if is_shown { program_file(seen, plan, begin_s) } else { None };
+            let file = if is_shown { program_file(seen, plan, begin_s, &mutual) } else { None };
             if let Some((name, text)) = &file {
                 make(&plans)?;
                 write_atomically(&plans.join(name), text.as_bytes())?;
                 written.programs += 1;
             }
             if is_shown && data.winners[point].as_ref().is_some_and(|w| w.best == plan.method) {
-                let additional = file.as_ref().map(|f| f.0.as_str());
-                show(&plans, seen, plan, additional, &mut written)?;
+                show(&plans, seen, plan, file.as_ref(), &mut written)?;
             }
             let streets = shown.streets_of(&data.points[point].row.point);
             let cells = table::rows(data, streets, plan, file.as_ref().map(|f| f.0.as_str()));
@@ -118,7 +120,12 @@ fn best_replicates<'a>(seen: Seen<'_>, own: &[&'a TaskPlan]) -> Vec<&'a TaskPlan
 ///
 /// SUMO enters an actuated program that it loads where a fixed cycle would be at the begin, and a run enters it in its
 /// first phase. An offset of the begin makes the two the same.
-fn program_file(seen: Seen<'_>, plan: &TaskPlan, begin_s: f64) -> Option<(String, String)> {
+fn program_file(
+    seen: Seen<'_>,
+    plan: &TaskPlan,
+    begin_s: f64,
+    mutual: &Mutual,
+) -> Option<(String, String)> {
     let identity = &seen.data.manifest.identity;
     let (point, method) = (&identity.points[plan.point], identity.methods[plan.method].as_str());
     let own = point.environment == GENERATED && method == TUNED;
@@ -129,7 +136,14 @@ fn program_file(seen: Seen<'_>, plan: &TaskPlan, begin_s: f64) -> Option<(String
         _ => program.clone(),
     };
     let programs: Vec<SignalProgram> = plan.programs().iter().map(of_plan).collect();
-    let text = additional(method, &programs, own, &comment(seen, plan))?;
+    let mut lines = comment(seen, plan);
+    lines.extend(refused(mutual, &programs).map(|(signal, (a, b))| {
+        format!(
+            "SUMO refuses it with -a, since the links {a} and {b} of signal {signal} yield to each other: copy its tlLogic \
+             elements into the network, behind the last one there"
+        )
+    }));
+    let text = additional(method, &programs, own, &lines)?;
     let name = match method {
         TUNED => format!("{}.add.xml", point.point),
         other => format!("{}.{other}.add.xml", point.point),
@@ -158,7 +172,7 @@ fn show(
     plans: &Path,
     seen: Seen<'_>,
     plan: &TaskPlan,
-    additional: Option<&str>,
+    file: Option<&(String, String)>,
     written: &mut Written,
 ) -> Result<(), FileError> {
     let data = seen.data;
@@ -184,24 +198,7 @@ fn show(
     }
     make(plans)?;
     let path = plans.join(format!("{}.winner.sumocfg", point.point));
-    let way = way_to(&own, plans)?;
-    let seed = point.evaluation_seeds(&identity.evaluation_seeds).first().copied();
-    let mut comment = comment(seen, plan);
-    comment.push("open it with: sumo-gui -c THIS_FILE".to_owned());
-    if let (Some(seed), true) = (seed, point.environment == GENERATED) {
-        comment.push(format!(
-            "the vehicles of the recorded episode: tsc-family routes with this point and seed {seed}, \
-             then add the option route-files"
-        ));
-    }
-    let text = set_by_run(identity, point, seed.unwrap_or_default())
-        .map_err(|e| e.to_string())
-        .and_then(|replaced| {
-            let (way, replaced) = (&way, &replaced);
-            configuration(&Show { text: &text, way, additional, replaced, comment: &comment })
-                .map_err(|reason| format!("{}: {reason}", own.display()))
-        });
-    match text {
+    match winner(plans, seen, plan, file, (&own, &text)) {
         Ok(text) => {
             write_atomically(&path, text.as_bytes())?;
             written.configurations += 1;
@@ -211,6 +208,46 @@ fn show(
         }
     }
     Ok(())
+}
+
+/// Returns the text of the configuration that shows the best method of a point MDP, and writes copies of the scenario's
+/// files that it needs.
+///
+/// # Errors
+///
+/// Why it cannot be had.
+fn winner(
+    plans: &Path,
+    seen: Seen<'_>,
+    plan: &TaskPlan,
+    file: Option<&(String, String)>,
+    (own, text): (&Path, &str),
+) -> Result<String, String> {
+    let identity = &seen.data.manifest.identity;
+    let point = &identity.points[plan.point];
+    let seed = point.evaluation_seeds(&identity.evaluation_seeds).first().copied();
+    let mut comment = comment(seen, plan);
+    comment.push("open it with: sumo-gui -c THIS_FILE".to_owned());
+    if let (Some(seed), true) = (seed, point.environment == GENERATED) {
+        comment.push(format!(
+            "the vehicles of the recorded episode: tsc-family routes with this point and seed {seed}, \
+             then add the option route-files"
+        ));
+    }
+    let way = way_to(own, plans).map_err(|e| e.to_string())?;
+    let mut replaced =
+        set_by_run(identity, point, seed.unwrap_or_default()).map_err(|e| e.to_string())?;
+    let mut additional = file.map(|(name, _)| name.as_str());
+    if point.environment != GENERATED {
+        let copies = format!("{}.scenario", point.point);
+        let beside = Beside { own, point, folder: plans, copies: &copies, day_plan: true };
+        let programs = file.map(|(_, text)| (plan.programs(), text.as_str()));
+        let handed = beside.write(programs).map_err(|e| e.to_string())?;
+        replaced.extend(handed.replaced);
+        additional = additional.filter(|_| !handed.is_inside);
+    }
+    let show = Show { text, way: &way, additional, replaced: &replaced, comment: &comment };
+    configuration(&show).map_err(|reason| format!("{}: {reason}", own.display()))
 }
 
 /// Returns when the episodes of a point MDP begin, seconds; 0 where that is not to be had.
@@ -224,6 +261,19 @@ fn begin_s(data: &Analysis, point: &PointRow, plans: &Path) -> f64 {
     };
     let given = given(point).ok().and_then(|given| given.begin_s);
     given.or_else(own).unwrap_or_default()
+}
+
+/// Returns the links of a scenario's network that yield to each other; none where that is not to be had, and of a generated
+/// network, with which SUMO takes every program.
+fn mutual(data: &Analysis, point: &PointRow, plans: &Path) -> Mutual {
+    let own = || {
+        let (path, text) = own_configuration(data, point, plans).ok()?;
+        let config = SumoConfig::parse(&text, &path).ok()?;
+        let network = config.networks().next()?.to_path_buf();
+        Mutual::read(&network).ok()
+    };
+    let found = if point.environment == GENERATED { None } else { own() };
+    found.unwrap_or_default()
 }
 
 /// Whether the programs of a scenario change by the clock.

@@ -102,7 +102,7 @@ pub fn derive(
     if states.is_empty() || own_greens.is_empty() {
         return Err(fail(&format!(
             "no phase of its program {:?}, the one that runs at the start, is green for vehicles without yellow; check its \
-             tlLogic, or what switches it off; where a <WAUT> switches to another program later, pass --begin with that time",
+             tlLogic",
             own.id
         )));
     }

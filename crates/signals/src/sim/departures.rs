@@ -33,6 +33,8 @@ pub(super) struct Departures {
     pub(super) has_vehicles: bool,
     /// Whether there are people or containers.
     pub(super) has_others: bool,
+    /// The first flow whose vehicles are drawn from the seed.
+    pub(super) first_drawn: Option<String>,
     /// The earliest one of a vehicle, and the latest one or end of a flow, seconds.
     pub(super) first_s: Option<f64>,
     pub(super) last_s: Option<f64>,
@@ -65,6 +67,10 @@ impl Departures {
         let is_vehicle = VEHICLES.contains(&tag);
         self.has_vehicles |= is_vehicle;
         self.has_others |= !is_vehicle;
+        if tag == "flow" && is_drawn(of) {
+            let id = of("id").unwrap_or_default();
+            self.first_drawn.get_or_insert_with(|| format!("<flow id={id:?}>"));
+        }
         let time = |name: &str| of(name).and_then(|text| seconds(text).ok());
         // What waits for something else has no time.
         let Some(depart_s) = time(when) else { return false };
@@ -92,6 +98,11 @@ impl Departures {
     }
 }
 
+/// Whether SUMO draws from the seed when the vehicles of a flow depart.
+fn is_drawn<'a>(of: &dyn Fn(&str) -> Option<&'a str>) -> bool {
+    of("probability").is_some() || of("period").is_some_and(|period| period.starts_with("exp"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -106,6 +117,17 @@ mod tests {
             departures.next(tag, &of);
         }
         departures
+    }
+
+    #[test]
+    fn flows_whose_vehicles_follow_from_the_seed_are_named() {
+        let flow = |how: (&'static str, &'static str)| {
+            looked(&[("flow", &[("id", "f"), ("begin", "0"), ("end", "9"), how])]).first_drawn
+        };
+        let drawn = Some("<flow id=\"f\">".to_owned());
+        assert_eq!(flow(("probability", "0.2")), drawn);
+        assert_eq!(flow(("period", "exp(0.1)")), drawn);
+        assert_eq!(flow(("period", "9")), None);
     }
 
     #[test]

@@ -24,6 +24,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use libsumo_sys::{SumoVehicle, TRAFFICLIGHT_TYPE_ACTUATED, TRAFFICLIGHT_TYPE_STATIC};
 
 use self::api::Api;
+use super::mutual::Mutual;
 use super::sumocfg::SumoConfig;
 use super::topology::Topology;
 use super::trace::Tracing;
@@ -47,6 +48,15 @@ const DEFAULTS: [(&str, &str); 5] = [
     ("--device.ssm.file", "NUL"),
 ];
 
+/// What is wrong with a scenario of which no signal ever shows green.
+const NO_GREEN: &str = "neither it nor any other signal, level crossings apart, ever gives green to a lane that passenger cars \
+                        may use; give a scenario with a road intersection";
+
+/// What is wrong with a scenario of which some signals would show green under another program than that at the start, and
+/// no signal shows any at the start.
+const ALL_OFF: &str = "its program at the start never shows green to cars, and no other signal does; remove that program, or \
+                       where a <WAUT> switches to another one later, pass --begin with that time";
+
 /// Whether some [`SumoSim`] of this process has an episode.
 static RUNNING: AtomicBool = AtomicBool::new(false);
 
@@ -69,6 +79,9 @@ pub struct SumoSim {
     signals: Vec<CString>,
     railways: Vec<String>,
     dark: Vec<String>,
+    switched_off: Vec<String>,
+    /// A configuration with the links of its network that yield to each other.
+    mutual: Option<(PathBuf, Mutual)>,
     vehicles: Vec<SumoVehicle>,
     phases: Vec<i32>,
     /// libsumo may be called from one thread only.
@@ -89,6 +102,8 @@ impl SumoSim {
             signals: Vec::new(),
             railways: Vec::new(),
             dark: Vec::new(),
+            switched_off: Vec::new(),
+            mutual: None,
             vehicles: Vec::new(),
             phases: Vec::new(),
             not_send: PhantomData,
@@ -134,6 +149,12 @@ impl SumoSim {
         &self.dark
     }
 
+    /// Returns the ids of the signals that the program that runs at the start never makes green for cars, though another one
+    /// would, of the episode that was started last. They are no part of its scene and keep that program.
+    pub fn switched_off(&self) -> &[String] {
+        &self.switched_off
+    }
+
     /// Reads the scene and tells the shim which signals and lanes matter.
     fn describe(&mut self, options: &StartOptions) -> Result<Scene, SimError> {
         let (plain, mut lanes) = self.plain_scene(&options.config)?;
@@ -167,6 +188,7 @@ impl SumoSim {
         let mut index_of = HashMap::new();
         self.railways.clear();
         self.dark.clear();
+        self.switched_off.clear();
         for id in ids {
             let name = text(id.as_str())?;
             let (mut signal, from_lanes, is_railway) = self.api.signal(&name)?;
@@ -183,6 +205,10 @@ impl SumoSim {
             // There is nothing to choose where no program is ever green for cars: it flashes, or is dark.
             if !signal.may_be_green() {
                 self.dark.push(id);
+                continue;
+            }
+            if signal.is_switched_off() {
+                self.switched_off.push(id);
                 continue;
             }
             let mut from_lanes = from_lanes.into_iter();
@@ -203,12 +229,39 @@ impl SumoSim {
             scene.signals.push(signal);
         }
         if scene.signals.is_empty() {
-            let reason = "neither it nor any other signal, level crossings apart, ever gives green to a lane \
-                          that passenger cars may use; give a scenario with a road intersection"
-                .to_owned();
-            return Err(SimError::Signal { signal: first, reason });
+            let (signal, reason) = match self.switched_off.first() {
+                Some(off) => (off.clone(), ALL_OFF),
+                None => (first, NO_GREEN),
+            };
+            return Err(SimError::Signal { signal, reason: reason.to_owned() });
         }
         Ok((scene, lanes))
+    }
+
+    /// Refuses an actuated program with which SUMO may ask for memory without bounds.
+    fn check_actuated(&mut self, signal: usize, program: &Program) -> Result<(), SimError> {
+        let Some(config) = self.traced.as_ref().map(|traced| traced.config.clone()) else {
+            return Ok(());
+        };
+        let known = self.mutual.take().filter(|(of, _)| *of == config);
+        let mutual = match known {
+            Some((_, mutual)) => mutual,
+            None => match SumoConfig::read(&config)?.networks().next() {
+                Some(network) => Mutual::read(network)?,
+                None => Mutual::default(),
+            },
+        };
+        let (_, mutual) = self.mutual.insert((config, mutual));
+        let Some(id) = self.signals.get(signal) else { return Ok(()) };
+        let id = id.to_string_lossy().into_owned();
+        let states = program.phases.iter().map(|phase| phase.state.as_str());
+        let Some((a, b)) = mutual.refused(&id, states) else { return Ok(()) };
+        let reason = format!(
+            "SUMO cannot run its actuated program, which shows the links {a} and {b} green together although each yields to \
+             the other; leave this method out, or build the network again with netconvert --sumo-net-file OLD.net.xml \
+             --tls.ignore-internal-junction-jam --output-file NEW.net.xml"
+        );
+        Err(SimError::Signal { signal: id, reason })
     }
 
     fn signal(&self, signal: usize) -> Result<&CStr, SimError> {
@@ -255,6 +308,9 @@ impl Sim for SumoSim {
                 return Err(rejected(message));
             }
         };
+        if program.kind == ProgramKind::Actuated {
+            self.check_actuated(signal, program)?;
+        }
         let states: Result<Vec<_>, _> =
             program.phases.iter().map(|phase| text(phase.state.as_str())).collect();
         let id = text(program.id.as_str())?;

@@ -14,6 +14,7 @@ pub mod intake;
 pub mod libsumo;
 pub mod lights;
 pub mod mock;
+pub mod mutual;
 pub mod obstacle;
 pub mod options;
 pub mod scan;
@@ -193,10 +194,19 @@ pub struct SignalInfo {
 impl SignalInfo {
     /// Whether some program has a green for a link.
     pub fn may_be_green(&self) -> bool {
+        self.programs.iter().any(|program| self.has_green(program))
+    }
+
+    /// Whether the program that runs at the start has no green for any link, as SUMO's program `off`.
+    pub fn is_switched_off(&self) -> bool {
+        let active = self.programs.iter().find(|program| program.id == self.active_program);
+        active.is_some_and(|program| !self.has_green(program))
+    }
+
+    fn has_green(&self, program: &Program) -> bool {
         let green =
             |(letter, links): (char, &Vec<Link>)| matches!(letter, 'G' | 'g') && !links.is_empty();
-        let shown = |phase: &ProgramPhase| phase.state.chars().zip(&self.links).any(green);
-        self.programs.iter().any(|program| program.phases.iter().any(shown))
+        program.phases.iter().any(|phase| phase.state.chars().zip(&self.links).any(green))
     }
 
     /// Whether vehicles on two links may meet, as far as is known.

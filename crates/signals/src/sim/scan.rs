@@ -155,6 +155,7 @@ pub fn scan(
     }
     scanned.outputs = output.map(|position| (outputs, format!("{}, {first_output}", at(position))));
     (scanned.first_s, scanned.last_s) = (departures.first_s, departures.last_s);
+    scanned.drawn = departures.first_drawn;
     (scanned.has_vehicles, scanned.has_others) = (departures.has_vehicles, departures.has_others);
     let first = departures.first_left_out.zip(late);
     scanned.left_out =

@@ -156,6 +156,15 @@ impl Sources {
                 )
             }));
         }
+        let drawn = self.files.iter();
+        let drawn =
+            drawn.filter_map(|file| Some((file.path.display(), file.scanned.drawn.as_ref()?)));
+        notes.extend(drawn.take(1).map(|(file, flow)| {
+            format!(
+                "SUMO draws the vehicles of flows with `probability` or `period=\"exp(...)\"` from the seed, so that episodes \
+                 have other vehicles, the first flow in {file}: {flow}"
+            )
+        }));
         if self.has_day_plan() {
             notes.push(
                 "signals change their programs by the clock (<WAUT>): so they do under `program`; the other methods take \

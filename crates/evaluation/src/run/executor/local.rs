@@ -24,7 +24,7 @@ use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 
 use super::crew::{Crew, Member, Queue};
 use super::strays::Mark;
-use super::verdict::verdict;
+use super::verdict::{last_error, verdict};
 use super::{Event, Executor, Launcher};
 use crate::run::error::RunError;
 use crate::run::progress::{Failure, Fault, WorkerLine};
@@ -317,7 +317,7 @@ impl Local {
             Ended::With(status) => verdict(status, failure, &log),
             Ended::Large(used_mb) => Failure {
                 fault: Fault::Input,
-                reason: too_large(used_mb, limit_mb.unwrap_or_default()),
+                reason: too_large(used_mb, limit_mb.unwrap_or_default(), last_error(&log)),
             },
             Ended::Silent => {
                 let silent_s = patience.as_secs_f64();
@@ -349,10 +349,22 @@ fn listen(
 }
 
 /// Returns why a worker was ended that used too much memory, and the ways out.
-fn too_large(used_mb: u64, limit_mb: u64) -> String {
+///
+/// # Arguments
+///
+/// * `said` — the last error that is in its log, which may be the cause.
+fn too_large(used_mb: u64, limit_mb: u64, said: Option<String>) -> String {
+    let way_out = match said {
+        None => "if the task needs that much".to_owned(),
+        Some(error) => {
+            format!(
+                "the simulator said before: {error}; mend that first; if the task needs that much without it"
+            )
+        }
+    };
     format!(
-        "the worker used {used_mb} MB of memory, more than its limit of {limit_mb} MB, and was ended; if the task needs that \
-         much, --memory-per-worker MB with --retry-failed allows more, and fewer --jobs leave more to each worker"
+        "the worker used {used_mb} MB of memory, more than its limit of {limit_mb} MB, and was ended; {way_out}, \
+         --memory-per-worker MB with --retry-failed allows more, and fewer --jobs leave more to each worker"
     )
 }
 

@@ -14,6 +14,18 @@ const NO_MEMORY: [&str; 2] = ["memory allocation of ", "std::bad_alloc"];
 /// Lines of a worker's log that a failure quotes.
 const QUOTED_LINES: usize = 6;
 
+/// What stands in the last words of simulators that end for a known reason in their input, and what to do.
+///
+/// SUMO 1.15 ends where a vehicle enters a detector over several lanes otherwise than the detector expects, tried.
+const KNOWN: [(&str, &str); 1] = [(
+    "MSE2Collector",
+    "a detector over several lanes fails, whatever the method: give signals of type delay_based or NEMA another type or \
+     a shorter detector range (option tls.delay_based.detector-range), and leave out or shorten laneAreaDetectors",
+)];
+
+/// How errors of a simulator begin in a log.
+const ERROR: &str = "Error: ";
+
 /// What stands between two of them.
 const BETWEEN: &str = " | ";
 
@@ -45,7 +57,9 @@ pub(super) fn verdict(status: ExitStatus, said: Option<Failure>, log: &Path) -> 
         (None, None) => "the worker ended".to_owned(),
     };
     let killed = status.signal().is_some_and(machine::is_from_outside);
+    let known = KNOWN.iter().find(|(text, _)| said.is_none() && quoted.contains(text));
     let fault = match said {
+        None if known.is_some() && !killed => Fault::Input,
         _ if no_memory => Fault::Disturbed,
         _ if machine::is_at_fault(&quoted) => Fault::Machine,
         Some(ref failure) => failure.fault,
@@ -65,6 +79,10 @@ pub(super) fn verdict(status: ExitStatus, said: Option<Failure>, log: &Path) -> 
         _ if quoted.is_empty() => how,
         _ => format!("{how}: {quoted}"),
     };
+    let reason = match known {
+        Some((_, way_out)) if fault == Fault::Input => format!("{way_out}; {reason}"),
+        _ => reason,
+    };
     Failure { fault, reason }
 }
 
@@ -81,6 +99,13 @@ fn meaning(signal: i32) -> &'static str {
 /// Returns the last lines of a worker's log.
 fn quoted(log: &Path) -> String {
     last_lines(&end(log), QUOTED_LINES)
+}
+
+/// Returns the last error that a simulator wrote into a worker's log, without the word itself.
+pub(super) fn last_error(log: &Path) -> Option<String> {
+    let text = end(log);
+    let error = text.lines().rev().find_map(|line| line.trim().strip_prefix(ERROR))?;
+    Some(error.trim().to_owned())
 }
 
 /// Returns the end of a log; nothing of one that cannot be read.
@@ -131,6 +156,16 @@ mod tests {
             of(1 << 8, said, "error: sumo failed in `step`: std::bad_alloc").0,
             Fault::Disturbed
         );
+    }
+
+    #[test]
+    fn a_simulator_that_crashes_on_its_input_is_not_tried_again_and_the_way_out_comes_first() {
+        let log = "sumo: MSE2Collector.cpp:844: Assertion `a == b' failed.";
+        let (fault, reason) = of(6, None, log);
+        assert_eq!(fault, Fault::Input);
+        assert!(reason.starts_with("a detector over several lanes fails"), "{reason}");
+        assert!(reason.ends_with(log), "{reason}");
+        assert_eq!(of(9, None, log).0, Fault::Disturbed, "somebody ended it");
     }
 
     #[test]

@@ -33,6 +33,8 @@ pub(super) struct Links {
     pub(super) headings: Vec<f64>,
     /// Whether some index steers cars from several approaches.
     pub(super) mixed: bool,
+    /// Whether lanes lie between two of its stop lines, as those of a signal over several nodes do.
+    pub(super) has_inner: bool,
     /// Whether left turns have a phase of their own only where some program shows them an arrow.
     pub(super) arrows_only: bool,
     /// Greens that the programs have.
@@ -117,7 +119,18 @@ impl Links {
         let minor = (0..count)
             .map(|a| bytes.iter().any(|s| s[a] == b'g') && !bytes.iter().any(|s| s[a] == b'G'))
             .collect();
-        Self { cars, headings, mixed, arrows_only: false, states, together, free, yields, minor }
+        Self {
+            cars,
+            headings,
+            mixed,
+            has_inner: false,
+            arrows_only: false,
+            states,
+            together,
+            free,
+            yields,
+            minor,
+        }
     }
 
     /// Returns how many there are.

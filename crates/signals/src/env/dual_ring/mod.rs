@@ -321,6 +321,7 @@ fn planned(
     // Only programs that were made with the setting say by their arrows who has one.
     let is_generated = signal.programs.iter().any(|program| program.id == PHASES_PROGRAM);
     links.arrows_only = timing.says_left_turns() && is_generated;
+    links.has_inner = derived.spec.movements.iter().any(|movement| !movement.inner.is_empty());
     let plan = Plan::new(&links, &derived.own_greens, timing, config);
     (links, plan)
 }

@@ -12,8 +12,10 @@
 //! 4. **Overlaps**: right turns and links for others than cars are green whenever they may be beside all that is.
 //!    A right turn with a street's lefts is the usual one.
 //!
-//! Where this leaves a link without green, or an index steers cars of several approaches, each green of the
-//! signal's own program is a phase alone (*stages*); they keep their order and are skipped like any other phase.
+//! Where this leaves a link without green, an index steers cars of several approaches, or lanes lie between two stop
+//! lines of the signal, each green of the signal's own program is a phase alone (*stages*); they keep their order and are
+//! skipped like any other phase. A lane between two stop lines is no street: with a phase of its own it would keep
+//! full while those that fill it are green.
 //!
 //! Crosswalks belong to the through phase of another street that they lie to the right of, as usual; where there is
 //! none, to the nearest. A stage has those that it serves; of several stages the one with most greens.
@@ -124,7 +126,8 @@ impl Plan {
     ///
     /// * `own` — greens of its own program, in its order.
     pub(super) fn new(links: &Links, own: &[String], timing: &Timing, config: &Config) -> Self {
-        let rings = (!links.mixed).then(|| streets(links)).flatten();
+        let has_streets = !links.mixed && !links.has_inner;
+        let rings = has_streets.then(|| streets(links)).flatten();
         let plan = rings.map(|streets| Builder { links, timing, config }.rings(&streets));
         plan.filter(|plan| plan.is_sound(links))
             .unwrap_or_else(|| Builder { links, timing, config }.stages(own))

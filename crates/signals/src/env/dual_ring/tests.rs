@@ -114,6 +114,15 @@ fn greens_that_make_no_rings_are_stages_in_their_order() {
 }
 
 #[test]
+fn a_signal_over_several_nodes_runs_its_own_greens() {
+    let mut over_several = cross();
+    over_several.has_inner = true;
+    let plan = plan(&over_several);
+    assert!(plan.stages && !self::plan(&cross()).stages);
+    assert_eq!(plan.phases.len(), over_several.states.len());
+}
+
+#[test]
 fn a_phase_that_nobody_calls_is_skipped_and_the_main_street_is_recalled() {
     let all = shown(&[(4, 0..11)], 60);
     let end = 60 - 10 - 4 - 10 - 4;

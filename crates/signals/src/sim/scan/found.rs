@@ -43,6 +43,8 @@ pub struct Scanned {
     pub has_vehicles: bool,
     /// Whether it has people or containers.
     pub has_others: bool,
+    /// The first flow whose vehicles are drawn from the seed.
+    pub drawn: Option<String>,
     /// Earliest departure of a vehicle, seconds.
     pub first_s: Option<f64>,
     /// Latest departure of a vehicle or end of a flow, seconds.

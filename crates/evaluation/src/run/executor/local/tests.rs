@@ -196,7 +196,7 @@ fn a_worker_is_asked_to_stop_and_has_time_to_keep_what_it_has() {
 fn a_worker_that_uses_more_memory_than_it_may_is_ended_with_what_it_started_and_fails_at_once() {
     let dir = tempfile::tempdir().unwrap();
     // A child of the worker holds a text that grows without end.
-    let grows = "export OWN=\"$0.own\"; \
+    let grows = "echo 'Error: no such lane' >&2; export OWN=\"$0.own\"; \
                  sh -c 'echo $$ > \"$OWN\"; x=0123456789abcdef; while :; do x=$x$x; done'; exit 7";
     for limit in [None, Some(2_000)] {
         let quick = Local { memory_per_worker_mb: limit, ..local(dir.path(), "exit 7") };
@@ -212,6 +212,7 @@ fn a_worker_that_uses_more_memory_than_it_may_is_ended_with_what_it_started_and_
     let reason = record.summary.reason.as_deref().unwrap();
     assert!(reason.contains("more than its limit of 100 MB, and was ended"), "{reason}");
     assert!(reason.contains("--memory-per-worker MB with --retry-failed"), "{reason}");
+    assert!(reason.contains("said before: no such lane; mend that first"), "{reason}");
     let own = std::fs::read_to_string(dir.path().join("worker.sh.own")).unwrap();
     let stat = format!("/proc/{}/stat", own.trim());
     // Whoever inherits it has yet to take note that it has ended.
