@@ -372,7 +372,8 @@ mod tests {
         let start = Instant::now();
         let matches = keep_listed(&mut found, &rows, &Named::default(), 40.0);
         let took = start.elapsed();
-        assert!(took < Duration::from_secs(5), "{took:?}");
+        // A busy machine has taken 6 s.
+        assert!(took < Duration::from_secs(20), "{took:?}");
         println!("{} rows in {took:?}", rows.len());
         assert_eq!(found.intersections.len(), MANY);
         assert_eq!(matches[MANY].note, Some(RowNote::Duplicate(2)));

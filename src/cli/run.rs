@@ -180,7 +180,11 @@ fn say_added(
             true => format!("{} tasks are added to {before}", tasks - before),
             false => format!("computed again: {}", args.replace.join(", ")),
         };
-        note(format!("{}: {what}; {kept} records stay", session.layout.root().display()));
+        let kept = match kept {
+            1 => "1 record stays".to_owned(),
+            _ => format!("{kept} records stay"),
+        };
+        note(format!("{}: {what}; {kept}", session.layout.root().display()));
     }
     Ok(())
 }

@@ -95,7 +95,7 @@ fn a_sample_grows_where_it_contains_the_one_that_is_there() {
     // The sampling is that of the folder, where another budget is all that is asked for.
     let alone = format!("{PPO} --methods ppo --eval-seeds 2 --budget 6 --out added");
     let said = done(&alone, dir.path());
-    assert!(said.contains("added: 1 tasks are added to 5; 5 records stay"), "{said}");
+    assert!(said.contains("added: 1 task is added to 5; 5 records stay"), "{said}");
 
     let balanced = format!("{PPO} --methods ppo --eval-seeds 2 --out balanced");
     done(&format!("{balanced} --budget 3"), dir.path());
@@ -175,7 +175,7 @@ fn evaluation_seeds_may_come_from_a_file_and_stay_those_of_the_folder() {
     let seeds = &identity(&dir.path().join("a"))["evaluation_seeds"];
     assert_eq!(*seeds, serde_json::json!([1_073_741_831, 1_889_785_958]));
     let said = done(&format!("{PPO} {DQN} --methods dqn --out a"), dir.path());
-    assert!(said.contains("2 records stay") || said.contains("1 records stay"), "{said}");
+    assert!(said.contains("2 records stay") || said.contains("1 record stays"), "{said}");
     assert_eq!(identity(&dir.path().join("a"))["evaluation_seeds"], *seeds);
     fs::write(dir.path().join("others.txt"), "8\n9\n").unwrap();
     let (code, said) = refused(&format!("{PPO} {DQN} --out a --seeds others.txt"), dir.path());

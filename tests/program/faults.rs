@@ -142,7 +142,10 @@ fn workers_that_are_killed_leave_their_tasks_to_the_next_run() {
     assert!(said.contains("killed by signal 9 (somebody, or the system"), "{said}");
     let undone = stdout(&output).lines().filter(|l| l.contains("\"event\":\"undone\"")).count();
     assert!(undone > 0, "{said}");
-    let left = format!("{undone} tasks have no record, for reasons that are not their own");
+    let left = match undone {
+        1 => "1 task has no record, for reasons that are not its own".to_owned(),
+        _ => format!("{undone} tasks have no record, for reasons that are not their own"),
+    };
     assert!(said.contains(&left), "{said}");
     assert_eq!(rows(&folder.path().join("out")).len(), 2 - undone);
     succeed(folder.path(), &format!("{long} --quiet --out out"));
