@@ -362,10 +362,7 @@ mod tests {
         assert!(derive(&empty, &empty.signals[0], &SignalSettings::default()).is_err());
         let red = scene(&[("n_0", 0.0, "s")], &["r", "y"]);
         let e = derive(&red, &red.signals[0], &SignalSettings::default()).unwrap_err().to_string();
-        assert!(
-            e.contains("switches to another program later, pass --begin with that time"),
-            "{e}"
-        );
+        assert!(e.contains("green for vehicles without yellow; check its tlLogic"), "{e}");
     }
 
     #[test]
