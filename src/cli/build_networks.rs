@@ -85,7 +85,6 @@ pub struct BuildNetworksArgs {
 
 pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     check_periods(&args.period)?;
-    args.scenario.check_settings()?;
     if let Some(extract) = &args.osm.osm {
         let to = (args.out.as_deref(), args.force);
         let counted = (args.turning_counts.as_slice(), args.period.as_slice());

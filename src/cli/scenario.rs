@@ -1,6 +1,5 @@
 //! The scenario of a subcommand, and the settings that replace its own.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use clap::ValueEnum;
@@ -76,26 +75,12 @@ impl ScenarioArg {
         std::iter::once(Override::preset(preset)).chain(self.set.iter().cloned()).collect()
     }
 
-    /// Refuses a setting that is given twice: only the last would count.
-    ///
-    /// # Errors
-    ///
-    /// Which one.
-    pub(super) fn check_settings(&self) -> Result<(), Refused> {
-        let mut keys = BTreeSet::new();
-        match self.set.iter().flat_map(Override::keys).find(|key| !keys.insert(key.clone())) {
-            Some(key) => Err(Refused(format!("--set {key} is given twice; leave one out"))),
-            None => Ok(()),
-        }
-    }
-
     /// Returns the domain that reads the scenario; `None` for traffic signals.
     ///
     /// # Errors
     ///
     /// Also for settings that are given twice.
     pub(super) fn entry(&self) -> anyhow::Result<Option<&'static Entry>> {
-        self.check_settings()?;
         Ok(entry_of(&self.scenario)?)
     }
 

@@ -49,21 +49,6 @@ fn what_has_no_effect_is_refused_with_the_reason() {
 }
 
 #[test]
-fn a_setting_that_is_given_twice_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    for args in [
-        "run smoke -n --set demand.horizon_s=60 --set demand.horizon_s=90",
-        "list smoke --set demand.horizon_s=60 --set demand={horizon_s=90}",
-        "build-networks smoke --set demand.horizon_s=60 --set demand.horizon_s=60",
-    ] {
-        let output = run(folder.path(), args);
-        assert_eq!(output.status.code(), Some(2), "{args}: {}", stderr(&output));
-        let expected = "--set demand.horizon_s is given twice";
-        assert!(stderr(&output).contains(expected), "{args}: {}", stderr(&output));
-    }
-}
-
-#[test]
 fn a_folder_of_other_things_is_written_into_only_by_force() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("thesis")).unwrap();
