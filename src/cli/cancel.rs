@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::executors::{Count, abroad, counted, system_of};
+use super::executors::{Count, abroad, system_of};
 use super::output::line;
 use crate::cli::exit;
+use crate::report::format;
 use crate::run::batch::{BatchSystem, Script, Standing, submission};
 use crate::run::error::RunError;
 use crate::run::session::now;
@@ -59,7 +60,7 @@ pub(super) fn run(args: &CancelArgs) -> anyhow::Result<u8> {
             "submission {} ({}): {} cancelled; finished tasks stay, and resume continues",
             submission.number,
             submission.ids.join(", "),
-            counted(packs, "pack")
+            format::count(packs, "pack")
         ))?;
     }
     Ok(exit::DONE)

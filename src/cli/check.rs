@@ -12,7 +12,6 @@ use std::thread::available_parallelism;
 use serde_json::json;
 
 use super::controllers::{ControllersArgs, manifest_of};
-use super::executors::counted;
 use super::interrupt::interrupted;
 use super::output::{line, note};
 use super::values::{at_least_one_worker, parse_seed, percent};
@@ -20,6 +19,7 @@ use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
 use crate::files::{FileError, beneath, make_folder_beneath, quoted};
+use crate::report::format;
 use crate::run::audit::{Beside, audit_beside};
 use crate::run::batch;
 use crate::run::domain::domain_of;
@@ -97,7 +97,7 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
             let dir = quoted(&args.dir);
             note(format!(
                 "interrupted with {} to do again; tsc-family resume {dir} goes on",
-                counted(left, "task")
+                format::count(left, "task")
             ));
             return Ok(exit::INTERRUPTED);
         }
@@ -120,7 +120,7 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
                 let (have, them) = if missing == 1 { ("has", "it") } else { ("have", "them") };
                 note(format!(
                     "{} {have} no record; tsc-family resume {} does {them}",
-                    counted(missing, "task"),
+                    format::count(missing, "task"),
                     quoted(&args.dir)
                 ));
             }
@@ -216,8 +216,8 @@ fn say(looked: &Looked, layout: &Layout, args: &CheckArgs) -> anyhow::Result<()>
         let (are, them) = if damaged == 1 { ("is", "it") } else { ("are", "them") };
         note(format!(
             "{} {are} damaged; --repair sets {them} aside and does {} again",
-            counted(damaged, "file"),
-            counted(repeated, "task")
+            format::count(damaged, "file"),
+            format::count(repeated, "task")
         ));
     }
     Ok(())
@@ -316,7 +316,7 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
         note(format!(
             "{} {are} to do again, but {their} networks are not here: run the command of the run ({command}), \
              which builds them, or say with --networks where they are",
-            counted(repeated.len(), "task")
+            format::count(repeated.len(), "task")
         ));
         return Ok(0);
     }

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::executors::counted;
 use super::forecast::{Forecast, Job, range};
+use crate::report::format;
 use crate::run::effort::Efforts;
 use crate::run::error::RunError;
 use crate::run::plan::{Draft, Request};
@@ -25,11 +25,11 @@ pub(super) fn estimate(
     let mut text = format!(
         "{} of {} ({}, seed {}), {}, {}",
         sample.draws.len(),
-        counted(sample.family_size, "point MDP"),
+        format::count(sample.family_size, "point MDP"),
         sample.sampling.name(),
         sample.seed,
-        counted(draft.methods.len(), "method"),
-        counted(tasks as usize, "task"),
+        format::count(draft.methods.len(), "method"),
+        format::count(tasks as usize, "task"),
     );
     let mut episodes = 0;
     let mut all = Vec::with_capacity(tasks as usize);
@@ -49,7 +49,7 @@ pub(super) fn estimate(
     write!(text, "\n{episodes} episodes at most").expect("writing to a string cannot fail");
     if all.iter().any(|job| job.effort.is_informed) {
         let time = range(Forecast::new(all, jobs, processors).left(0.0));
-        write!(text, ", about {time} with {}", counted(jobs, "worker"))
+        write!(text, ", about {time} with {}", format::count(jobs, "worker"))
             .expect("writing to a string cannot fail");
     }
     Ok(text)

@@ -13,6 +13,7 @@ use super::values::{at_least_a_second, at_least_one_worker, megabytes, minutes};
 use crate::cli::refused::Refused;
 use crate::files::quoted;
 use crate::machine::memory_per_worker_mb;
+use crate::report::format;
 use crate::run::batch::cost::Costs;
 use crate::run::batch::pack::packs;
 use crate::run::batch::submission::{self, Packs, Place, Submission, absolute};
@@ -246,7 +247,7 @@ pub(super) fn hand_over(
     let (theirs, missing): (Vec<&Task>, Vec<&Task>) =
         results.missing().partition(|task| there.tasks.contains(&task.task));
     if !theirs.is_empty() {
-        note(format!("the batch system has {} already", counted(theirs.len(), "task")));
+        note(format!("the batch system has {} already", format::count(theirs.len(), "task")));
     }
     if missing.is_empty() {
         return Ok(());
@@ -300,8 +301,8 @@ pub(super) fn hand_over(
     let dir = quoted(layout.root());
     line(format!(
         "{} in {}, about {} of processor time in all",
-        counted(submission.tasks, "task"),
-        counted(submission.packs, "pack"),
+        format::count(submission.tasks, "task"),
+        format::count(submission.packs, "pack"),
         duration(Duration::from_secs_f64(whole))
     ))?;
     line(system.how(&submission, &place))?;
@@ -311,11 +312,6 @@ pub(super) fn hand_over(
     Ok(())
 }
 
-/// Returns a number of things.
-pub(super) fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
 /// Says that tasks are done twice where batch systems have them too. One that does not answer is not waited for.
 pub(super) fn note_doubled(layout: &Layout) {
     let there = abroad(layout).unwrap_or_default();
@@ -323,7 +319,7 @@ pub(super) fn note_doubled(layout: &Layout) {
         note(format!(
             "the batch system also has {} of this run, so these would be done twice; \
              tsc-family cancel {} takes them back",
-            counted(there.tasks.len(), "task"),
+            format::count(there.tasks.len(), "task"),
             quoted(layout.root())
         ));
     }
@@ -357,7 +353,7 @@ fn check_prepared_files(
     let command = &session.manifest.provenance.command;
     let others = match spoilt.len() - 1 {
         0 => "is".to_owned(),
-        others => format!("and {} are", counted(others, "other file")),
+        others => format!("and {} are", format::count(others, "other file")),
     };
     Err(Refused(format!(
         "{} {others} not as planned; run the command of the run, which makes them ({command}), or \

@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::available_parallelism;
 use std::time::Duration;
 
-use super::executors::counted;
 use super::first_failures::FirstFailures;
 use super::interrupt::interrupted;
 use super::monitor::Monitor;
@@ -15,6 +14,7 @@ use super::target::Target;
 use crate::cli::exit;
 use crate::domains;
 use crate::machine::memory_per_worker_mb;
+use crate::report::format;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
 use crate::run::effort::Efforts;
@@ -79,7 +79,7 @@ impl LocalRun<'_> {
         let interrupted = interrupted()?;
         let (left, _) = run.work(&Results::load(&session.layout)?, &interrupted)?;
         if left > 0 && interrupted.load(Ordering::Relaxed) {
-            note(format!("interrupted with {} to do; {then}", counted(left, "task")));
+            note(format!("interrupted with {} to do; {then}", format::count(left, "task")));
             return Ok(Some(exit::INTERRUPTED));
         }
         if left > 0 {
@@ -103,7 +103,7 @@ impl LocalRun<'_> {
             note(format!(
                 "error: {alike}; {} {were} not done for that: mend it and run the same command with --retry-failed, \
                  or with --keep-going to go on all the same",
-                counted(left, "task")
+                format::count(left, "task")
             ));
             return Ok(Some(code));
         }
@@ -111,7 +111,7 @@ impl LocalRun<'_> {
             if !self.quiet {
                 note(format!(
                     "interrupted with {} to do; run the same command to continue",
-                    counted(left, "task")
+                    format::count(left, "task")
                 ));
             }
             return Ok(Some(exit::INTERRUPTED));
@@ -228,7 +228,11 @@ impl LocalRun<'_> {
 
 /// Says how many tasks have no record.
 fn without_record(tasks: usize) -> String {
-    format!("{} {} no record", counted(tasks, "task"), if tasks == 1 { "has" } else { "have" })
+    format!(
+        "{} {} no record",
+        format::count(tasks, "task"),
+        if tasks == 1 { "has" } else { "have" }
+    )
 }
 
 /// Returns a warning where another build began a run than goes on with it.

@@ -30,6 +30,7 @@ use crate::cli::refused::Refused;
 use crate::cli::values::assisted;
 use crate::files::{self, limits};
 use crate::heartbeat;
+use crate::report::format;
 use crate::run::batch::BatchSystem;
 use crate::run::error::RunError;
 use crate::run::method::{Method, Training};
@@ -175,16 +176,15 @@ fn say_added(
     }
     if !args.quiet {
         let before = there.map_or(0, |t| t.tasks().len());
+        let added = tasks.saturating_sub(before);
+        let are = if added == 1 { "is" } else { "are" };
+        let stay = if kept == 1 { "stays" } else { "stay" };
+        let kept = format::count(kept, "record");
         let what = match args.replace.is_empty() {
-            true if tasks - before == 1 => format!("1 task is added to {before}"),
-            true => format!("{} tasks are added to {before}", tasks - before),
+            true => format!("{} {are} added to {before}", format::count(added, "task")),
             false => format!("computed again: {}", args.replace.join(", ")),
         };
-        let kept = match kept {
-            1 => "1 record stays".to_owned(),
-            _ => format!("{kept} records stay"),
-        };
-        note(format!("{}: {what}; {kept}", session.layout.root().display()));
+        note(format!("{}: {what}; {kept} {stay}", session.layout.root().display()));
     }
     Ok(())
 }

@@ -76,12 +76,8 @@ impl ScenarioArg {
     }
 
     /// Returns the domain that reads the scenario; `None` for traffic signals.
-    ///
-    /// # Errors
-    ///
-    /// Also for settings that are given twice.
-    pub(super) fn entry(&self) -> anyhow::Result<Option<&'static Entry>> {
-        Ok(entry_of(&self.scenario)?)
+    pub(super) fn entry(&self) -> Result<Option<&'static Entry>, FamilyError> {
+        entry_of(&self.scenario)
     }
 
     /// Says that the name is that of an embedded scenario where a file or folder has it too.

@@ -6,12 +6,13 @@ use std::time::Duration;
 use serde_json::json;
 
 use super::controllers::manifest_of;
-use super::executors::{Abroad, abroad, counted};
+use super::executors::{Abroad, abroad};
 use super::forecast::range;
 use super::output::{line, note};
 use crate::cli::exit;
 use crate::domains::domains;
 use crate::files::quoted;
+use crate::report::format;
 use crate::run::batch::cost::Costs;
 use crate::run::batch::{Standing, submission};
 use crate::run::domain::domain_of;
@@ -136,7 +137,7 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
             "{} {}: of {} {}",
             submission.executor,
             submission.ids.join(", "),
-            counted(submission.packs, "pack"),
+            format::count(submission.packs, "pack"),
             counts.collect::<Vec<_>>().join(", ")
         ))?;
     }
@@ -153,7 +154,7 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
         line(format!(
             "about {} left, with {} at a time",
             range(about),
-            counted(running, "running pack")
+            format::count(running, "running pack")
         ))?;
     }
     for (task, reason) in &failed {

@@ -5,8 +5,7 @@ use std::thread::available_parallelism;
 
 use super::controllers::{ControllersArgs, manifest_of};
 use super::executors::{
-    Executes, WorkersArgs, abroad, check_prepared_folder, counted, hand_over, note_doubled,
-    system_of,
+    Executes, WorkersArgs, abroad, check_prepared_folder, hand_over, note_doubled, system_of,
 };
 use super::interrupt::interrupted;
 use super::local_run::LocalRun;
@@ -15,6 +14,7 @@ use super::status::say_who_inspects;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
+use crate::report::format;
 use crate::run::batch::Standing;
 use crate::run::batch::submission::{self, Submission};
 use crate::run::domain::domain_of;
@@ -156,7 +156,10 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     };
     let (Some(system), Some(there)) = (system, there) else {
         if !args.quiet {
-            note(format!("this machine does the missing tasks: {}", counted(missing, "task")));
+            note(format!(
+                "this machine does the missing tasks: {}",
+                format::count(missing, "task")
+            ));
             note_doubled(&layout);
         }
         let code = local.work_on(&results, &interrupted)?;

@@ -7,13 +7,14 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::controllers::ControllersArgs;
-use super::executors::{counted, limit_mb};
+use super::executors::limit_mb;
 use super::interrupt::interrupted;
 use super::local_run::other_build;
 use super::output::{line, note};
 use super::values::{at_least_a_second, at_least_one_worker, megabytes};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
+use crate::report::format;
 use crate::run::batch::submission::Packs;
 use crate::run::error::RunError;
 use crate::run::executor::{Event, Executor, Local};
@@ -109,7 +110,7 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
     Ok(match left {
         0 => exit::DONE,
         _ if interrupted.load(Ordering::Relaxed) => {
-            let left = counted(left, "task");
+            let left = format::count(left, "task");
             note(format!("stopped with {left} to do; the same pack continues from there"));
             exit::STOPPED
         }

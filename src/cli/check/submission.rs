@@ -14,11 +14,11 @@ use serde_json::json;
 
 use super::CheckArgs;
 use crate::analysis::joined::{Known, Source, join};
-use crate::cli::executors::counted;
 use crate::cli::exit;
 use crate::cli::interrupt::interrupted;
 use crate::cli::output::{line, note};
 use crate::domains;
+use crate::report::format;
 use crate::run::domain::{Domain, domain_of};
 use crate::run::executor::Event;
 use crate::run::plan::{Change, establish, evaluation_seeds};
@@ -409,7 +409,7 @@ fn resimulate(
     if !is_whole {
         note(format!(
             "interrupted with {} to do again; --sample-seed {sample_seed} draws the same tasks",
-            counted(left, "task")
+            format::count(left, "task")
         ));
     }
     let of = so_far.plan().len();

@@ -13,7 +13,7 @@ use super::pairs::{Pair, pairs};
 use super::profiles::{Profile, RankedProfiles};
 use crate::stats::Bootstrap;
 use crate::stats::ranks::rank_probabilities;
-use crate::stats::resampling::student;
+use crate::stats::resampling::factors;
 use basics::seed::derive;
 
 /// Fewest evaluation seeds for probabilities of places: a resample of two seeds has only one of them, so that a method that
@@ -55,8 +55,7 @@ fn places(
     let of_ranked = pairs.iter().filter(|pair| pair.second < ranked.len());
     let fewest = of_ranked.filter_map(|pair| pair.degrees).min_by(f64::total_cmp);
     let mut rng = ChaCha8Rng::seed_from_u64(derive(identity.base_seed, &["report", "few seeds"]));
-    let mut factor = || fewest.map_or(1.0, |degrees| student(degrees, &mut rng));
-    let factors: Vec<f64> = ranked[0].resamples.iter().map(|_| factor()).collect();
+    let factors = factors(fewest, ranked[0].resamples.len(), &mut rng);
     let stretched = |e: &&Estimate| {
         let bootstrap = Bootstrap { estimate: e.centre, resamples: e.resamples.clone() };
         bootstrap.stretched(&factors).resamples

@@ -10,7 +10,7 @@ use super::summaries::Estimated;
 use crate::stats::bootstrap::RESAMPLES;
 use crate::stats::quantile::containing;
 use crate::stats::ranks::probability_of_first;
-use crate::stats::resampling::student;
+use crate::stats::resampling::factors;
 use crate::stats::{Bootstrap, Direction, PointObjectives, Resampling, bootstrap, degrees};
 use crate::store::manifest::Identity;
 use basics::seed::derive;
@@ -99,9 +99,9 @@ impl Contest<'_> {
     ) -> Contest<'_> {
         let measured = methods.iter().filter_map(|(_, measured)| *measured);
         let degrees = measured.filter_map(|o| degrees(std::slice::from_ref(o)));
-        let fewest = degrees.min_by(f64::total_cmp).unwrap_or(f64::NAN);
+        let fewest = degrees.min_by(f64::total_cmp);
         let mut rng = ChaCha8Rng::seed_from_u64(derive(seed, &["few seeds"]));
-        let factors = (0..RESAMPLES).map(|_| student(fewest, &mut rng)).collect();
+        let factors = factors(fewest, RESAMPLES, &mut rng);
         Contest { methods, seed, factors, direction }
     }
 

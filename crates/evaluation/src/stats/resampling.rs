@@ -118,11 +118,16 @@ impl Resampling {
 }
 
 /// Returns a factor that makes a normal change one of Student's t: the root of `nu / chi^2_nu`.
-pub fn student(degrees: f64, rng: &mut impl Rng) -> f64 {
+fn student(degrees: f64, rng: &mut impl Rng) -> f64 {
     ChiSquared::new(degrees).map_or(1.0, |chi| {
         let x: f64 = chi.sample(rng);
         (degrees / x.max(f64::MIN_POSITIVE)).sqrt()
     })
+}
+
+/// Returns as many such factors; 1 where there are no degrees of freedom.
+pub fn factors(degrees: Option<f64>, count: usize, rng: &mut impl Rng) -> Vec<f64> {
+    (0..count).map(|_| degrees.map_or(1.0, |degrees| student(degrees, rng))).collect()
 }
 
 #[cfg(test)]

@@ -57,21 +57,18 @@ impl Beside<'_> {
     ///
     /// # Arguments
     ///
-    /// * `programs` — the programs of a method, and the additional file that has them.
+    /// * `refused` — the text of an additional file whose programs SUMO refuses there; see [`refused`].
     ///
     /// # Errors
     ///
     /// A file of the scenario that cannot be read, a copy that cannot be written, programs that SUMO takes in no way.
-    pub(super) fn write(
-        &self,
-        programs: Option<(&[SignalProgram], &str)>,
-    ) -> Result<Handed, TrafficError> {
+    pub(super) fn write(&self, refused: Option<&str>) -> Result<Handed, TrafficError> {
         let Self { own, point, folder, copies, day_plan } = *self;
         let copies = folder.join(copies);
         remove_earlier(&copies)?;
         let intake = Intake::read(own, &given(point)?)?;
         let mut lists = copy(&intake.config, &intake.sources, &copies, day_plan)?;
-        let network = match programs {
+        let network = match refused {
             Some(programs) => self.network(&intake, &lists, programs, &copies)?,
             None => None,
         };
@@ -98,13 +95,13 @@ impl Beside<'_> {
         Ok(Handed { replaced: replaced.collect(), is_inside })
     }
 
-    /// Writes a copy of the network with programs that SUMO refuses in an additional file; returns its path, `None` where
-    /// SUMO takes them there.
+    /// Writes a copy of the network with the programs of an additional file; returns its path, `None` where the scenario has
+    /// no network for them.
     fn network(
         &self,
         intake: &Intake,
         lists: &[(String, String)],
-        (programs, text): (&[SignalProgram], &str),
+        programs: &str,
         copies: &Path,
     ) -> Result<Option<PathBuf>, TrafficError> {
         let copied = lists.iter().find(|(option, _)| option == NET_FILE);
@@ -112,9 +109,6 @@ impl Beside<'_> {
         let Some(network) = copied.or_else(|| intake.config.networks().next()) else {
             return Ok(None);
         };
-        if refused(&Mutual::read(network)?, programs).is_none() {
-            return Ok(None);
-        }
         // Programs of additional files are read later, and the last one that is read runs.
         for file in &intake.sources.files {
             let is_network = intake.config.networks().any(|network| network == file.path);
@@ -128,7 +122,7 @@ impl Beside<'_> {
             }
         }
         let bytes = read(network)?;
-        let Some(with) = inside(&bytes, text) else { return Ok(None) };
+        let Some(with) = inside(&bytes, programs) else { return Ok(None) };
         fs::create_dir_all(copies).map_err(FileError::at("create", copies))?;
         let path = copies.join(NETWORK);
         write_atomically(&path, &with)?;

@@ -167,9 +167,8 @@ pub(crate) fn hides_walk(plan: &ExistingPlan) -> bool {
 
 /// Returns the numbers of the phases of a fixed cycle that are for pedestrians alone, whom nothing serves there.
 pub(crate) fn unserved_people(plan: &ExistingPlan) -> Vec<String> {
-    let is_for_people = |p: &&PlanPhase| p.all_movements().next().is_none() && p.walk_s.is_some();
     let phases = plan.phases.iter().filter(|_| plan.control == Control::Pretimed);
-    phases.filter(is_for_people).map(|p| p.number.to_string()).collect()
+    phases.filter(|p| p.is_for_people()).map(|p| p.number.to_string()).collect()
 }
 
 /// Returns the phases of a plan for pages, by number.

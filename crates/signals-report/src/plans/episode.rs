@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use super::beside::Beside;
+use super::beside::{Beside, refused};
 use super::config::{Show, configuration, set_by_run, way_to};
 use super::program_xml::additional;
 use basics::files::{self, limits};
@@ -16,6 +16,8 @@ use signals::error::TrafficError;
 use signals::network_files::{GENERATED, NetworkFiles};
 use signals::program::SignalProgram;
 use signals::sim::SimError;
+use signals::sim::mutual::Mutual;
+use signals::sim::sumocfg::SumoConfig;
 
 /// Name of the file with the programs.
 const PROGRAMS: &str = "states.add.xml";
@@ -74,7 +76,9 @@ impl Episode<'_> {
             replaced.push(("route-files".to_owned(), VEHICLES.to_owned()));
         } else {
             let beside = Beside { own: &own, point, folder, copies: COPIES, day_plan: false };
-            let handed = beside.write(program.as_deref().map(|text| (programs, text)))?;
+            let mutual = Mutual::of_scenario(&SumoConfig::read(&own)?)?;
+            let is_refused = refused(&mutual, programs).is_some();
+            let handed = beside.write(program.as_deref().filter(|_| is_refused))?;
             replaced.extend(handed.replaced);
             program = program.filter(|_| !handed.is_inside);
         }

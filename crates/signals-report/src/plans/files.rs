@@ -80,7 +80,7 @@ pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, FileError>
         for plan in own {
             let is_shown = best.iter().any(|s| std::ptr::eq(*s, plan));
             let file = if is_shown { program_file(seen, plan, begin_s, &mutual) } else { None };
-            if let Some((name, text)) = &file {
+            if let Some(ProgramFile { name, text, .. }) = &file {
                 make(&plans)?;
                 write_atomically(&plans.join(name), text.as_bytes())?;
                 written.programs += 1;
@@ -89,7 +89,7 @@ pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, FileError>
                 show(&plans, seen, plan, file.as_ref(), &mut written)?;
             }
             let streets = shown.streets_of(&data.points[point].row.point);
-            let cells = table::rows(data, streets, plan, file.as_ref().map(|f| f.0.as_str()));
+            let cells = table::rows(data, streets, plan, file.as_ref().map(|f| f.name.as_str()));
             rows.extend(cells.into_iter().map(|cells| titled.row(point, cells)));
         }
     }
@@ -116,7 +116,15 @@ fn best_replicates<'a>(seen: Seen<'_>, own: &[&'a TaskPlan]) -> Vec<&'a TaskPlan
     best
 }
 
-/// Returns name and text of a plan's file for SUMO; `None` where there is nothing to load.
+/// A file with the programs of a plan.
+struct ProgramFile {
+    name: String,
+    text: String,
+    /// Whether SUMO refuses the programs in an additional file.
+    is_refused: bool,
+}
+
+/// Returns a plan's file for SUMO; `None` where there is nothing to load.
 ///
 /// SUMO enters an actuated program that it loads where a fixed cycle would be at the begin, and a run enters it in its
 /// first phase. An offset of the begin makes the two the same.
@@ -125,7 +133,7 @@ fn program_file(
     plan: &TaskPlan,
     begin_s: f64,
     mutual: &Mutual,
-) -> Option<(String, String)> {
+) -> Option<ProgramFile> {
     let identity = &seen.data.manifest.identity;
     let (point, method) = (&identity.points[plan.point], identity.methods[plan.method].as_str());
     let own = point.environment == GENERATED && method == TUNED;
@@ -137,7 +145,8 @@ fn program_file(
     };
     let programs: Vec<SignalProgram> = plan.programs().iter().map(of_plan).collect();
     let mut lines = comment(seen, plan);
-    lines.extend(refused(mutual, &programs).map(|(signal, (a, b))| {
+    let refused = refused(mutual, &programs);
+    lines.extend(refused.map(|(signal, (a, b))| {
         format!(
             "SUMO refuses it with -a, since the links {a} and {b} of signal {signal} yield to each other: copy its tlLogic \
              elements into the network, behind the last one there"
@@ -148,7 +157,7 @@ fn program_file(
         TUNED => format!("{}.add.xml", point.point),
         other => format!("{}.{other}.add.xml", point.point),
     };
-    Some((name, text))
+    Some(ProgramFile { name, text, is_refused: refused.is_some() })
 }
 
 /// Says what a plan is.
@@ -172,7 +181,7 @@ fn show(
     plans: &Path,
     seen: Seen<'_>,
     plan: &TaskPlan,
-    file: Option<&(String, String)>,
+    file: Option<&ProgramFile>,
     written: &mut Written,
 ) -> Result<(), FileError> {
     let data = seen.data;
@@ -220,7 +229,7 @@ fn winner(
     plans: &Path,
     seen: Seen<'_>,
     plan: &TaskPlan,
-    file: Option<&(String, String)>,
+    file: Option<&ProgramFile>,
     (own, text): (&Path, &str),
 ) -> Result<String, String> {
     let identity = &seen.data.manifest.identity;
@@ -237,12 +246,12 @@ fn winner(
     let way = way_to(own, plans).map_err(|e| e.to_string())?;
     let mut replaced =
         set_by_run(identity, point, seed.unwrap_or_default()).map_err(|e| e.to_string())?;
-    let mut additional = file.map(|(name, _)| name.as_str());
+    let mut additional = file.map(|file| file.name.as_str());
     if point.environment != GENERATED {
         let copies = format!("{}.scenario", point.point);
         let beside = Beside { own, point, folder: plans, copies: &copies, day_plan: true };
-        let programs = file.map(|(_, text)| (plan.programs(), text.as_str()));
-        let handed = beside.write(programs).map_err(|e| e.to_string())?;
+        let refused = file.filter(|file| file.is_refused).map(|file| file.text.as_str());
+        let handed = beside.write(refused).map_err(|e| e.to_string())?;
         replaced.extend(handed.replaced);
         additional = additional.filter(|_| !handed.is_inside);
     }
@@ -269,8 +278,7 @@ fn mutual(data: &Analysis, point: &PointRow, plans: &Path) -> Mutual {
     let own = || {
         let (path, text) = own_configuration(data, point, plans).ok()?;
         let config = SumoConfig::parse(&text, &path).ok()?;
-        let network = config.networks().next()?.to_path_buf();
-        Mutual::read(&network).ok()
+        Mutual::of_scenario(&config).ok()
     };
     let found = if point.environment == GENERATED { None } else { own() };
     found.unwrap_or_default()

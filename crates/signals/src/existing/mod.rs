@@ -206,6 +206,11 @@ impl PlanPhase {
     pub fn all_movements(&self) -> impl Iterator<Item = &String> {
         self.movements.iter().chain(&self.yielding)
     }
+
+    /// Whether it is for pedestrians alone: it has a walk, and no vehicle has green.
+    pub fn is_for_people(&self) -> bool {
+        self.all_movements().next().is_none() && self.walk_s.is_some()
+    }
 }
 
 /// The plan of a signal.

@@ -246,10 +246,7 @@ impl SumoSim {
         let known = self.mutual.take().filter(|(of, _)| *of == config);
         let mutual = match known {
             Some((_, mutual)) => mutual,
-            None => match SumoConfig::read(&config)?.networks().next() {
-                Some(network) => Mutual::read(network)?,
-                None => Mutual::default(),
-            },
+            None => Mutual::of_scenario(&SumoConfig::read(&config)?)?,
         };
         let (_, mutual) = self.mutual.insert((config, mutual));
         let Some(id) = self.signals.get(signal) else { return Ok(()) };

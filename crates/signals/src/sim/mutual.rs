@@ -15,6 +15,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 
 use super::sources::open;
+use super::sumocfg::SumoConfig;
 use basics::files::FileError;
 
 /// Letters of a state that let vehicles pass and yield.
@@ -39,6 +40,15 @@ impl Mutual {
     /// [`FileError`] when the file cannot be opened.
     pub fn read(network: &Path) -> Result<Self, FileError> {
         Ok(Self::of(open(network)?))
+    }
+
+    /// Reads those of the network of a configuration; without a network there are none.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::read`].
+    pub fn of_scenario(config: &SumoConfig) -> Result<Self, FileError> {
+        config.networks().next().map_or_else(|| Ok(Self::default()), Self::read)
     }
 
     fn of(network: impl BufRead) -> Self {

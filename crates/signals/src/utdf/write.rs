@@ -94,8 +94,7 @@ fn lanes(text: &mut String, node: u32, plan: &ExistingPlan) {
         let mut of: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
         for phase in &plan.phases {
             names(phase).iter().for_each(|name| of.entry(name).or_default().push(phase.number));
-            let is_for_people = phase.all_movements().next().is_none() && phase.walk_s.is_some();
-            if is_for_people && kind == "Phase" {
+            if phase.is_for_people() && kind == "Phase" {
                 of.entry(PEOPLE).or_default().push(phase.number);
             }
         }
