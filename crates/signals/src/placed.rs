@@ -347,7 +347,7 @@ fn place(
             ));
         }
     }
-    notes.extend(unserved_people(&plan, intersection));
+    notes.extend(people_without_walk(&plan, intersection));
     complete(&mut plan, &arms, &layout, &by_link, &mut ways, side, &mut notes)?;
     no_crossing(&plan, spec, &layout, &ways, &mut notes)?;
     for (name, own) in ways {
@@ -357,7 +357,7 @@ fn place(
 }
 
 /// Says how many people cross where a plan has no walk.
-fn unserved_people(plan: &ExistingPlan, intersection: &Intersection) -> Option<String> {
+fn people_without_walk(plan: &ExistingPlan, intersection: &Intersection) -> Option<String> {
     let counted = intersection.arms.iter().filter_map(|arm| arm.counted?.pedestrians_per_h);
     let per_h: f64 = counted.sum();
     let has_walk = plan.phases.iter().any(|phase| phase.walk_s.is_some());
@@ -695,14 +695,14 @@ mod tests {
         let people = Counted { pedestrians_per_h: Some(30.0), ..Counted::default() };
         intersection.arms[0].counted = Some(people);
         let mut actuated = plan(Control::Actuated);
-        let said = unserved_people(&actuated, &intersection).unwrap();
+        let said = people_without_walk(&actuated, &intersection).unwrap();
         assert!(
             said.starts_with("30 people an hour cross there, and the plan has no walk"),
             "{said}"
         );
-        assert_eq!(unserved_people(&plan(Control::Pretimed), &intersection), None);
+        assert_eq!(people_without_walk(&plan(Control::Pretimed), &intersection), None);
         actuated.phases[1].walk_s = Some([7.0, 12.0]);
-        assert_eq!(unserved_people(&actuated, &intersection), None);
+        assert_eq!(people_without_walk(&actuated, &intersection), None);
     }
 
     fn tried(change: &dyn Fn(&mut ExistingPlan)) -> Placed {

@@ -160,9 +160,9 @@ pub struct Vehicle {
 impl DemandSpec {
     /// Returns the demand of an intersection: a stream per incoming arm.
     ///
-    /// The turn shares are renormalised over the turns that the arm has; several exits of the same
-    /// turn share its part equally, unless vehicles were counted by exit. Where all turns of an arm have the share 0, they are equally
-    /// likely. The shares are as on the ground. An arm whose turns were counted has the shares, the heavy vehicles and
+    /// The turn shares are renormalised over the turns that the arm has; several exits of the same turn share its part
+    /// equally, unless vehicles were counted by exit. Where all turns of an arm have the share 0, they are equally likely.
+    /// The shares are as on the ground. An arm whose turns were counted has the shares, the heavy vehicles and
     /// the quarter hours that were counted.
     ///
     /// # Errors

@@ -98,15 +98,16 @@ fn twice(all: &[(usize, Holds)], names: &[String]) -> Option<String> {
     };
     all.iter().enumerate().find_map(|(k, (i, holds))| {
         let same = |(j, other): &&(usize, Holds)| {
-            let is_counted_once = match holds {
-                Holds::Vehicles(..)
-                | Holds::HeavyPercent(_)
-                | Holds::HeavyCount(_)
-                | Holds::Total(_) => true,
-                Holds::Pedestrians(_) => way(&names[*i]) == way(&names[*j]),
+            let is_same = match (holds, other) {
+                (
+                    Holds::HeavyPercent(one) | Holds::HeavyCount(one),
+                    Holds::HeavyPercent(other) | Holds::HeavyCount(other),
+                ) => one == other,
+                (Holds::Vehicles(..) | Holds::Total(_), _) => holds == other,
+                (Holds::Pedestrians(_), _) => holds == other && way(&names[*i]) == way(&names[*j]),
                 _ => false,
             };
-            is_counted_once && other == holds && !is_second(&names[*i]) && !is_second(&names[*j])
+            is_same && !is_second(&names[*i]) && !is_second(&names[*j])
         };
         let (j, _) = all[..k].iter().find(same)?;
         let (one, other) = (&names[*j], &names[*i]);

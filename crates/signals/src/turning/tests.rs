@@ -623,6 +623,8 @@ fn heavy_vehicles_that_may_be_something_else_are_refused() {
     let e = refused("INTID,NBL,NBT,NBR,NB HV\n7,100,400,50,33\n");
     assert!(e.contains("column NB HV may have percentages or numbers of heavy vehicles"), "{e}");
     assert!(e.contains("call it NB HV % or NB HV count"), "{e}");
+    let e = refused("INTID,NBL,NBT,NBR,NB HV count,NB HV percent\n7,100,400,50,20,5\n");
+    assert!(e.contains("columns NB HV count and NB HV percent count the same"), "{e}");
     let count = counts("INTID,NBL,NBT,NBR,NB HV count\n7,100,400,50,33\n");
     let joined = count.into_approaches(&cross(), &[], RIGHT).unwrap();
     assert_eq!(joined.approaches[2].counted.unwrap().heavy_vehicles, Some(0.06));
