@@ -40,7 +40,7 @@ CARGO_TARGET_DIR=$target/wheel cargo build --release
 version=$("$target/wheel/release/tsc-family" --version | cut -d' ' -f2)
 name=tsc-family-$version-linux-$(uname -m)
 mkdir "$out/$name"
-install "$target/wheel/release/tsc-family" LICENSE-APACHE LICENSE-MIT CHANGELOG.md data/SOURCES.md "$out/$name"
+install "$target/wheel/release/tsc-family" LICENSE-APACHE LICENSE-MIT data/SOURCES.md "$out/$name"
 chmod -x "$out/$name"/*.md "$out/$name"/LICENSE-*
 cat >"$out/$name/README.md" <<END
 # tsc-family $version

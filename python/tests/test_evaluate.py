@@ -411,7 +411,7 @@ def test_arguments_that_cannot_be_read_are_said(tsc_family, tmp_path, text, word
         ({"eval_seeds": 0}, "eval_seeds=0: expected a whole number from 1 to"),
         ({"answer_timeout": 5}, "answer_timeout has no effect: no controller is a command; leave it out"),
         ({"until_decided": True, "budget": 2}, "until_decided: it takes two methods to decide between"),
-        ({"plan": "nowhere.json"}, "cannot read nowhere.json"),
+        ({"like": "nowhere"}, "nowhere"),
         ({"assist": "nowhere", "budget": 1}, "nowhere"),
         ({"against": "actuatd"}, 'unknown method "actuatd"'),
     ],
@@ -431,10 +431,10 @@ def test_what_is_no_controller_is_said(tmp_path, controllers):
 
 
 def test_a_sample_that_stops_early_can_be_asked_for(tmp_path, networks):
-    result = tf.evaluate(Plain(), "smoke", budget=2, looks=[2], until_half_width=5.0, until_decided=False, eval_seeds=2,
+    result = tf.evaluate(Plain(), "smoke", budget=2, looks=[2], until_decided=[("plain", "baseline")], eval_seeds=2,
                          settings={"demand.horizon_s": 60}, networks=networks, out=tmp_path / "out", quiet=True)  # fmt: skip
     sample = json.loads((tmp_path / "out/manifest.json").read_text())["identity"]["sample"]
-    assert sample["growth"]["until"] == {"half-width": 5.0} and "plain" in result.table()
+    assert sample["growth"]["until"] == {"decided": [["plain", "baseline"]]} and "plain" in result.table()
 
 
 def test_an_error_is_held_back_wherever_a_text_is_cut():

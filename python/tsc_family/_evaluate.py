@@ -107,10 +107,9 @@ def evaluate(
     *,
     budget: int | str | None = None,
     sampling: str | None = None,
-    plan: PathLike | None = None,
+    like: PathLike | None = None,
     assist: PathLike | None = None,
     until_decided: bool | str | Sequence[tuple[str, str]] = False,
-    until_half_width: float | None = None,
     looks: Sequence[int] = (),
     eval_seeds: int | None = None,
     seeds: PathLike | None = None,
@@ -128,7 +127,6 @@ def evaluate(
     stall_timeout: int | None = None,
     answer_timeout: int | None = None,
     memory_per_worker: int | None = None,
-    keep_going: bool = False,
     networks: PathLike | None = None,
     retry_failed: bool = False,
     quiet: bool = False,
@@ -168,9 +166,8 @@ def evaluate(
     options = {
         "budget": budget,
         "sampling": sampling,
-        "plan": None if plan is None else fspath(plan),
+        "like": None if like is None else fspath(like),
         "assist": None if assist is None else fspath(assist),
-        "until-half-width": until_half_width,
         "looks": ",".join(map(str, looks)) or None,
         "eval-seeds": eval_seeds,
         "seeds": None if seeds is None else fspath(seeds),
@@ -193,7 +190,8 @@ def evaluate(
         arguments.append("--until-decided=" + ",".join(":".join(pair) for pair in until_decided))
     if replace:
         arguments += ["--replace", ",".join(_names(replace))]
-    arguments += [flag for flag, is_set in (("--retry-failed", retry_failed), ("--keep-going", keep_going)) if is_set]
+    if retry_failed:
+        arguments.append("--retry-failed")
     code, table, words = call(arguments, show_output=False, show_progress=not quiet)
     if code not in _WITH_RESULTS:
         raise Error(in_python(str(error_of(words, code))))

@@ -184,7 +184,7 @@ class Estimate:
     level: float
     """Share of such intervals that hold what they are of, such as 0.95."""
     estimator: str
-    """Name of the estimator: M1, M2, M3, balanced, BQ, M4 or all."""
+    """Name of the estimator: M1, M2, M3, balanced, BQ or all."""
     assumptions: str
     """What must hold for the interval to be one."""
     resamples: NDArray[np.float64]
@@ -236,7 +236,7 @@ def sample(
 
     ``sampling`` is ``balanced``, ``bayesian-quadrature``, ``k-means`` (M3), ``with-replacement`` (M1),
     ``without-replacement`` (M2) or ``all``. ``known`` has scores of cheap methods on every point MDP: a balanced sample and
-    one by Bayesian quadrature are then spread over them too, and estimates use them (M4). The same seed chooses the same points, as ``tsc-family run --seed`` does.
+    one by Bayesian quadrature are then spread over them too. The same seed chooses the same points, as ``tsc-family run --seed`` does.
     """
     family = _as_family(family)
     known = dict(known or {})

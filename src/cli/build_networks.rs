@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use super::effects::Use;
 use super::folder::{CITY, NETWORKS};
 use super::osm;
 use super::osm::OsmArgs;
@@ -96,7 +95,6 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     }
     let loaded = args.scenario.signals(&args.scenario.settings())?;
     let out = args.out.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
-    Use::BUILD.check(&loaded, &args.scenario.settings())?;
     NETWORKS.check(&out, "--out", Some(args.force))?;
     let specs = intersections(&loaded)?;
     let start = std::time::Instant::now();

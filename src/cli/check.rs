@@ -1,7 +1,5 @@
 //! `tsc-family check`: what is damaged in a results directory, and its repair.
 
-mod submission;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::num::NonZeroUsize;
@@ -14,7 +12,7 @@ use serde_json::json;
 use super::controllers::{ControllersArgs, manifest_of};
 use super::interrupt::interrupted;
 use super::output::{line, note};
-use super::values::{at_least_one_worker, parse_seed, percent};
+use super::values::at_least_one_worker;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
@@ -36,12 +34,11 @@ use crate::traffic::places::{self, Places};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Exit codes: 0 nothing is damaged and every task has a record, 6 nothing is damaged but some tasks have no \
-record, 2 something is damaged, or wrong in a submission.
+record, 2 something is damaged.
 
 Examples:
   tsc-family check results/slc
-  tsc-family check results/slc --repair
-  tsc-family check results/mine --submission --published results/salt-lake-city/resco")]
+  tsc-family check results/slc --repair")]
 pub struct CheckArgs {
     /// Results directory that `run` wrote
     #[arg(value_name = "DIR")]
@@ -49,23 +46,10 @@ pub struct CheckArgs {
     /// Move damaged files to DIR/damaged, and do only their tasks again
     #[arg(long)]
     pub repair: bool,
-    /// Verify records that somebody submits: hashes, completeness, seeds, means, vehicles, and a random part of the tasks by
-    /// doing them again; says what was verified and what was not
-    #[arg(long, conflicts_with = "repair")]
-    pub submission: bool,
-    /// Published results of the family and preset, whose point MDPs, seeds and baseline the submission has to have
-    #[arg(long, value_name = "DIR", requires = "submission")]
-    pub published: Option<PathBuf>,
-    /// Part of the tasks that are done again [default: 2]
-    #[arg(long, value_name = "PERCENT", requires = "submission", value_parser = percent)]
-    pub resimulate: Option<f64>,
-    /// Seed by which these are drawn [default: a new one each time, which is said]
-    #[arg(long, value_name = "S", requires = "submission", value_parser = parse_seed)]
-    pub sample_seed: Option<u64>,
     /// Folder of the networks, in which --repair may remove damaged ones [default: that of the run]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
-    /// Methods that are not the program's own, as they were given to the run, for --repair and --submission
+    /// Methods that are not the program's own, as they were given to the run, for --repair
     #[command(flatten)]
     pub controllers: ControllersArgs,
     /// Worker processes at the same time [default: one per processor]
@@ -84,8 +68,8 @@ struct Looked {
 }
 
 pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
-    if args.jobs.is_some() && !args.repair && !args.submission {
-        let reason = "--jobs has no effect without --repair or --submission; leave it out";
+    if args.jobs.is_some() && !args.repair {
+        let reason = "--jobs has no effect without --repair; leave it out";
         return Err(Refused(reason.to_owned()).into());
     }
     let layout = Layout::new(&args.dir);
@@ -103,14 +87,6 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         }
         looked = look(&layout, args.networks.as_deref())?;
         say(&looked, &layout, args)?;
-    }
-    if args.submission && looked.audit.damage.is_empty() {
-        let code = submission::verify(&layout, &looked.prepared, args)?;
-        if code != exit::DONE {
-            return Ok(code);
-        }
-    } else if args.submission {
-        note("nothing else of the submission was verified, because files are damaged");
     }
     Ok(match (looked.audit.damage.is_empty(), looked.audit.missing()) {
         (false, _) => exit::USAGE,

@@ -9,12 +9,11 @@ use super::folder::ESTIMATE;
 use super::output::{Counted, line, note};
 use super::recorded::{read, settings_of, warn_of_settings};
 use super::target::Target;
-use super::until::UntilArgs;
 use super::values::{MOST_REPEATS, from_one_to, parse_seed};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::report::study::{StudyReport, write};
-use crate::study::{Cell, Kind, Stopped, StudyPlan, grow, study};
+use crate::study::{Cell, Kind, StudyPlan, study};
 
 /// Budgets where nothing else is asked for, as far as the family has so many point MDPs.
 const BUDGETS: [usize; 4] = [10, 20, 40, 80];
@@ -25,29 +24,25 @@ const RESAMPLES: usize = 400;
 /// `tsc-family estimate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Needs no SUMO. DIR must hold results of the whole family (--budget all). Writes DIR/estimate/index.html, \
-errors.csv and the figure as SVG.
+Needs no SUMO. DIR must hold results of the whole family (--budget all). Writes DIR/estimate/errors.csv.
 
 Examples:
   tsc-family estimate results/all
-  tsc-family estimate results/all --budgets 10,20,40,80 --until-decided
+  tsc-family estimate results/all --budgets 10,20,40,80
   tsc-family estimate results/learners --assist results/all --budgets 20,40 --repeats 200")]
 pub struct EstimateArgs {
     /// Results directory in which the whole family was evaluated
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// Results of the same family for methods that do not learn, for m4 and bq [default: DIR]
+    /// Results of the same family for methods that do not learn, for bq [default: DIR]
     #[arg(long, value_name = "DIR")]
     pub assist: Option<PathBuf>,
-    /// Methods whose scores m4 and bq know on all point MDPs [default: all that do not learn]
+    /// Methods whose scores bq knows on all point MDPs [default: all that do not learn]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub inputs: Vec<String>,
     /// Sizes of samples [default: 10,20,40,80, if the family is larger]
     #[arg(long, value_name = "N,...", value_delimiter = ',')]
     pub budgets: Vec<NonZeroUsize>,
-    /// Try runs that stop early too, with looks at --budgets
-    #[command(flatten)]
-    pub until: UntilArgs,
     /// Samples per budget and estimator
     #[arg(long, value_name = "R", default_value = "500", value_parser = from_one_to::<MOST_REPEATS>)]
     pub repeats: NonZeroU32,
@@ -75,7 +70,7 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     let kinds = kinds(&args.estimators);
     if let Some(dir) = &args.assist {
         if !kinds.iter().any(|k| k.is_assisted()) {
-            let reason = "--assist has no effect without m4 or bq among --estimators; leave it out";
+            let reason = "--assist has no effect without bq among --estimators; leave it out";
             return Err(Refused(reason.to_owned()).into());
         }
         let (other, known) = read(dir)?;
@@ -91,20 +86,13 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     }
     if !args.inputs.is_empty() {
         if !kinds.iter().any(|k| k.is_assisted()) {
-            let reason = "--inputs has no effect without m4 or bq among --estimators; leave it out";
+            let reason = "--inputs has no effect without bq among --estimators; leave it out";
             return Err(Refused(reason.to_owned()).into());
         }
         recorded.keep_inputs(&args.inputs, &args.dir.display().to_string())?;
     }
     let size = recorded.family.points.len();
     let budgets = budgets(&args.budgets, size)?;
-    let names: Vec<String> = recorded.methods.iter().map(|m| m.name.clone()).collect();
-    let until = args.until.until(&names, &names)?;
-    if let (Some(flag), false) = (args.until.flag(), kinds.iter().any(|k| k.grows())) {
-        let reason =
-            "such samples do not grow; give balanced, m4, bq-features or bq among --estimators";
-        return Err(Refused(format!("{flag}: {reason}")).into());
-    }
     let plan = StudyPlan {
         repeats: args.repeats.get() as usize,
         seed: args.seed,
@@ -112,40 +100,23 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
         budgets,
         kinds,
     };
-    let growing = plan.kinds.iter().filter(|k| k.grows() && until.is_some()).count();
-    let total = (plan.kinds.len() * plan.budgets.len() + growing) * plan.repeats;
+    let total = plan.kinds.len() * plan.budgets.len() * plan.repeats;
     let progress = Counted::new(total, "samples", args.quiet || args.json);
     let cells = study(&recorded, &plan, &|n| progress.add(n, ""));
-    let stopped = match (&cells, &until) {
-        (Ok(_), Some(until)) => Some(grow(&recorded, &plan, until, &|n| progress.add(n, ""))),
-        _ => None,
-    };
     progress.finish();
-    let (cells, stopped) = (cells?, stopped.transpose()?);
-    let report = StudyReport {
-        recorded: &recorded,
-        plan: &plan,
-        cells: &cells,
-        stopping: until.as_ref().zip(stopped.as_deref()),
-        analysis: &analysis,
-    };
-    let page = write(&target.folder, &report)?;
+    let cells = cells?;
+    let report = StudyReport { recorded: &recorded, plan: &plan, cells: &cells };
+    let written = write(&target.folder, &report)?;
     if args.json {
         for cell in &cells {
             line(json_line(cell))?;
-        }
-        for stopped in stopped.iter().flatten() {
-            line(stopped_line(stopped))?;
         }
         return Ok(exit::DONE);
     }
     if !args.quiet {
         line(report.table())?;
-        if let Some(table) = report.stopping_table() {
-            line(format!("\n{table}"))?;
-        }
         report.notes().into_iter().for_each(note);
-        note(format!("report: {}", page.display()));
+        note(format!("table: {}", written.display()));
     }
     Ok(exit::DONE)
 }
@@ -190,22 +161,5 @@ fn json_line(cell: &Cell) -> serde_json::Value {
         "coverage": cell.coverage,
         "half_width": cell.half_width,
         "cpu_hours": cell.cpu_hours,
-    })
-}
-
-fn stopped_line(stopped: &Stopped) -> serde_json::Value {
-    let coverage: serde_json::Map<String, serde_json::Value> =
-        stopped.coverage.iter().map(|(name, share)| (name.clone(), json!(share))).collect();
-    json!({
-        "event": "stopping",
-        "estimator": stopped.kind.name(),
-        "alpha_spent": stopped.is_spent,
-        "repeats": stopped.repeats,
-        "points": stopped.points,
-        "early": stopped.early,
-        "enough": stopped.enough,
-        "wrong": stopped.wrong,
-        "coverage": coverage,
-        "cpu_hours": stopped.cpu_hours,
     })
 }

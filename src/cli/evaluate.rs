@@ -10,7 +10,6 @@ use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use serde_json::{Value, json};
 
 use super::controllers::ControllersArgs;
-use super::effects::Use;
 use super::folder::{NETWORKS, RESULTS};
 use super::local_run::LocalRun;
 use super::output::{line, note};
@@ -127,7 +126,7 @@ impl EvaluateArgs {
 pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
     let controllers = args.controllers()?;
     let names: Vec<String> = controllers.model_names();
-    let problem = problem(args, &controllers, &names)?;
+    let problem = problem(args, &controllers)?;
     let seeds = args.eval_seeds.get();
     let choice = match args.budget.and_then(|budget| budget.0) {
         Some(budget) => {
@@ -174,11 +173,7 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
 }
 
 /// Reads the scenario, with the settings of the models.
-fn problem(
-    args: &EvaluateArgs,
-    controllers: &ControllersArgs,
-    names: &[String],
-) -> anyhow::Result<SignalProblem> {
+fn problem(args: &EvaluateArgs, controllers: &ControllersArgs) -> anyhow::Result<SignalProblem> {
     let imported = !args.sumocfg.is_empty();
     // Demand and networks are of the models' preset, unless another one is asked for.
     let models = controllers.read_models()?;
@@ -208,20 +203,15 @@ fn problem(
             Refused("--networks has no effect: a SUMO configuration is given".into()).into()
         );
     }
-    let settings = args.scenario.settings();
-    if settings.iter().flat_map(|s| s.keys()).any(|key| key.starts_with("training.")) {
+    if args
+        .scenario
+        .settings()
+        .iter()
+        .flat_map(|s| s.keys())
+        .any(|key| key.starts_with("training."))
+    {
         return Err(Refused("training.* has no effect: nothing is trained here".into()).into());
     }
-    let methods: Vec<String> =
-        std::iter::once(baseline::METHOD.name.to_owned()).chain(names.iter().cloned()).collect();
-    let used = Use {
-        family: !imported,
-        networks: !imported,
-        simulation: true,
-        methods: Some(&methods),
-        ..Use::BUILD
-    };
-    used.check(&loaded, &settings)?;
     let networks =
         args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
     Ok(SignalProblem::new(loaded, None, networks, &args.sumocfg, &args.given.given(), &[])?)
@@ -258,7 +248,6 @@ fn of_points(
         seed: args.seed,
         draws,
         design: String::new(),
-        assisted: false,
         growth: None,
     };
     let (methods, known) = (std::iter::once(baseline::METHOD.name), domains::traffic().methods());

@@ -70,9 +70,6 @@ pub struct WorkersArgs {
     /// Time without a simulated step after which a task fails
     #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
     pub stall_timeout: u64,
-    /// Go on where the first tasks of a method, or of a point MDP, all fail for one reason
-    #[arg(long)]
-    pub keep_going: bool,
     /// Memory in MB beyond which a worker is ended and its task fails [default: an equal share of 90% of the machine's]
     #[arg(long, value_name = "MB", value_parser = megabytes())]
     pub memory_per_worker: Option<u64>,
@@ -110,9 +107,6 @@ impl WorkersArgs {
         };
         if self.sbatch.is_some() && executor != Executes::Slurm {
             return refuse("--sbatch", "only --executor slurm takes lines");
-        }
-        if self.keep_going && executor != Executes::Local {
-            return refuse("--keep-going", "who does the tasks does all of them");
         }
         if self.job_minutes.is_some() && executor == Executes::Local {
             return refuse("--job-minutes", "this machine needs no jobs");

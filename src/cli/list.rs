@@ -4,7 +4,6 @@ use std::fmt::Write;
 
 use serde_json::{Map, Value};
 
-use super::effects::Use;
 use super::output::line;
 use super::scenario::ScenarioArg;
 use crate::cli::exit;
@@ -55,7 +54,6 @@ pub(super) fn run(args: &ListArgs) -> anyhow::Result<u8> {
         return other(args, problem.family());
     }
     let loaded = args.scenario.signals(&args.scenario.settings())?;
-    Use::LIST.check(&loaded, &args.scenario.settings())?;
     if args.warnings {
         for doubt in &loaded.doubts {
             line(doubt.full())?;

@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::available_parallelism;
 use std::time::Duration;
 
-use super::first_failures::FirstFailures;
 use super::interrupt::interrupted;
 use super::monitor::Monitor;
 use super::output::note;
@@ -18,7 +17,7 @@ use crate::report::format;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
 use crate::run::effort::Efforts;
-use crate::run::executor::{Event, Launcher, Local};
+use crate::run::executor::{Launcher, Local};
 use crate::run::session::Session;
 use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::store::manifest::{GIT, Manifest, Task};
@@ -44,8 +43,6 @@ pub(super) struct LocalRun<'a> {
     pub(super) json: bool,
     /// Whether nothing but errors is.
     pub(super) quiet: bool,
-    /// Whether it goes on where all first tasks of a method or point MDP fail for one reason.
-    pub(super) keep_going: bool,
 }
 
 impl LocalRun<'_> {
@@ -74,10 +71,9 @@ impl LocalRun<'_> {
             against: None,
             json: false,
             quiet,
-            keep_going: true,
         };
         let interrupted = interrupted()?;
-        let (left, _) = run.work(&Results::load(&session.layout)?, &interrupted)?;
+        let left = run.work(&Results::load(&session.layout)?, &interrupted)?;
         if left > 0 && interrupted.load(Ordering::Relaxed) {
             note(format!("interrupted with {} to do; {then}", format::count(left, "task")));
             return Ok(Some(exit::INTERRUPTED));
@@ -96,17 +92,7 @@ impl LocalRun<'_> {
         results: &Results,
         interrupted: &AtomicBool,
     ) -> anyhow::Result<Option<u8>> {
-        let (left, alike) = self.work(results, interrupted)?;
-        if let Some(alike) = alike.filter(|_| left > 0) {
-            let code = self.summarise()?;
-            let were = if left == 1 { "was" } else { "were" };
-            note(format!(
-                "error: {alike}; {} {were} not done for that: mend it and run the same command with --retry-failed, \
-                 or with --keep-going to go on all the same",
-                format::count(left, "task")
-            ));
-            return Ok(Some(code));
-        }
+        let left = self.work(results, interrupted)?;
         if left > 0 && interrupted.load(Ordering::Relaxed) {
             if !self.quiet {
                 note(format!(
@@ -122,13 +108,12 @@ impl LocalRun<'_> {
         Ok(None)
     }
 
-    /// Does the tasks that results lack; returns how many are left, and what was said where it stopped because the first
-    /// ones fail alike.
+    /// Does the tasks that results lack; returns how many are left.
     pub(super) fn work(
         &self,
         results: &Results,
         interrupted: &AtomicBool,
-    ) -> anyhow::Result<(usize, Option<String>)> {
+    ) -> anyhow::Result<usize> {
         let todo: Vec<Task> = results.missing().cloned().collect();
         let talk = !self.quiet && !self.json;
         if talk && todo.len() < results.plan().len() {
@@ -154,26 +139,12 @@ impl LocalRun<'_> {
             memory_per_worker_mb: self.memory_per_worker_mb,
             ..self.session.local(self.launcher.clone(), self.jobs)
         };
-        let (mut alike, mut stopped) = (FirstFailures::default(), None);
         let outcome = self.session.work(&todo, &executor, interrupted, &mut |event| {
-            if let Event::Finished(record) = &event
-                && !self.keep_going
-                && stopped.is_none()
-                && !interrupted.load(Ordering::Relaxed)
-            {
-                stopped = alike.add(record);
-                if stopped.is_some() {
-                    interrupted.store(true, Ordering::Relaxed);
-                }
-            }
             monitor.handle(event);
         });
-        if stopped.is_some() {
-            interrupted.store(false, Ordering::Relaxed);
-        }
         monitor.close();
         outcome?;
-        Ok((todo.len() - monitor.finished(), stopped))
+        Ok(todo.len() - monitor.finished())
     }
 
     /// Reports a run that some tasks are missing from.

@@ -8,14 +8,12 @@ mod compare;
 mod controllers;
 mod doctor;
 mod dry_run;
-mod effects;
 mod estimate;
 mod evaluate;
 mod events;
 mod executors;
 pub mod exit;
 mod export;
-mod first_failures;
 mod folder;
 mod forecast;
 mod found;
@@ -27,7 +25,6 @@ mod local_run;
 mod monitor;
 mod osm;
 mod output;
-mod plan;
 pub mod point;
 mod protocol;
 mod recorded;
@@ -96,8 +93,6 @@ pub enum Command {
     List(list::ListArgs),
     /// Build the SUMO networks of a family
     BuildNetworks(build_networks::BuildNetworksArgs),
-    /// Choose the point MDPs of a run, and say what error and time to expect
-    Plan(plan::PlanArgs),
     /// Evaluate controllers on a sample of a family
     Run(Box<run::RunArgs>),
     /// Evaluate models that `run` trained on other point MDPs or SUMO scenarios
@@ -144,8 +139,6 @@ pub enum Command {
     Work(work::WorkArgs),
     /// Print a completion script for a shell
     Completions(shell::CompletionsArgs),
-    /// Print the manual page
-    Man,
 }
 
 /// A program that is this command line with something of its own.
@@ -205,11 +198,9 @@ pub fn main_of(program: Program, args: Vec<OsString>) -> u8 {
 fn run(cli: Cli) -> anyhow::Result<u8> {
     let fewer = match &cli.command {
         // They compute nothing at once.
-        Command::Worker(_)
-        | Command::Work(_)
-        | Command::Doctor(_)
-        | Command::Completions(_)
-        | Command::Man => None,
+        Command::Worker(_) | Command::Work(_) | Command::Doctor(_) | Command::Completions(_) => {
+            None
+        }
         Command::BuildNetworks(args) => threads::set_up(args.jobs.map(NonZeroUsize::get))?,
         _ => threads::set_up(None)?,
     };
@@ -217,7 +208,6 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
     match cli.command {
         Command::List(args) => list::run(&args),
         Command::BuildNetworks(args) => build_networks::run(&args),
-        Command::Plan(args) => plan::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Transfer(args) => transfer::run(&args),
@@ -240,7 +230,6 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Work(args) => work::run(&args),
         Command::Worker(args) => worker::run(&args),
         Command::Completions(args) => shell::completions(&args),
-        Command::Man => shell::man(&Cli::command()),
     }
 }
 

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use super::build_networks::network;
-use super::effects::Use;
 use super::folder::check_file;
 use super::output::{line, note};
 use super::point::unknown_point;
@@ -45,8 +44,6 @@ pub struct RoutesArgs {
 pub(super) fn run(args: &RoutesArgs) -> anyhow::Result<u8> {
     check_file(&args.out, "--out", &[b"<routes"], "route file")?;
     let loaded = args.scenario.signals(&args.scenario.settings())?;
-    let used = Use { simulation: true, ..Use::BUILD };
-    used.check(&loaded, &args.scenario.settings())?;
     let Some(index) = loaded.family.position(&args.point) else {
         return Err(unknown_point(&args.point, &loaded, &args.scenario.scenario).into());
     };

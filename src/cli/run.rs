@@ -27,8 +27,6 @@ use super::subject::Subject;
 use crate::analysis::check_name;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
-use crate::cli::values::assisted;
-use crate::files::{self, limits};
 use crate::heartbeat;
 use crate::report::format;
 use crate::run::batch::BatchSystem;
@@ -37,7 +35,6 @@ use crate::run::method::{Method, Training};
 use crate::run::plan::{Draft, EVALUATION_SEEDS, Request, draft};
 use crate::run::session::{Session, open};
 use crate::run::watchdog::Watchdog;
-use crate::sample::plan_file::{PlanError, PlanFile};
 use crate::sample::{Choice, Sampling};
 use crate::store::manifest::Identity;
 use crate::store::results::Results;
@@ -213,12 +210,12 @@ fn prepared_in(limit: Duration) -> Option<Watchdog> {
     Watchdog::start(limit, |_| {}, hangs).ok()
 }
 
-/// Returns which point MDPs are asked for: those of a plan, a budget, those that are there already, or all.
+/// Returns which point MDPs are asked for: those of another run, a budget, those that are there already, or all.
 fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::Result<Choice> {
     let family = subject.problem().family();
     let size = family.points.len();
-    if let Some(path) = &args.plan {
-        return planned(args, subject, path);
+    if let Some(dir) = &args.like {
+        return begun::like(dir);
     }
     let budget = args.budget.and_then(|budget| budget.0);
     if let Some(dir) = &args.assist {
@@ -232,7 +229,11 @@ fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::R
             let here = subject.problem().settings();
             warn_of_settings(&dir.display().to_string(), &there, &here);
         }
-        let sampling = assisted(args.sampling, size)?;
+        let sampling = args.sampling.unwrap_or(Sampling::BayesianQuadrature);
+        if sampling != Sampling::BayesianQuadrature {
+            let reason = "--assist has no effect: only --sampling bayesian-quadrature knows scores";
+            return Err(Refused(format!("{reason}; leave one of them out")).into());
+        }
         let design = Some(design(family, sampling, Some((&known, dir)))?);
         return Ok(Choice::Budget { budget, sampling, design, assisting: Some(there) });
     }
@@ -253,19 +254,6 @@ fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::R
         }
         None => Choice::All,
     })
-}
-
-/// Returns the sample of a plan file.
-fn planned(args: &RunArgs, subject: &Subject, path: &Path) -> anyhow::Result<Choice> {
-    let text = files::read_text(path, limits::DOCUMENT)?;
-    let named = |e: PlanError| Refused(format!("{}: {e}", path.display()));
-    let plan = PlanFile::parse(&text).map_err(named)?;
-    plan.check(subject.problem().family()).map_err(named)?;
-    if let Some(there) = plan.assisting.as_ref().filter(|_| !args.quiet) {
-        let what = format!("what assists {}", path.display());
-        warn_of_settings(&what, there, &subject.problem().settings());
-    }
-    Ok(Choice::Plan(plan))
 }
 
 /// Returns the methods by name; `all` stands for every one that can run there, none for the domain's default and what
@@ -326,7 +314,6 @@ fn work(
         against: args.against.as_deref(),
         json: args.json,
         quiet: args.quiet,
-        keep_going: args.workers.keep_going,
     };
     let interrupted = interrupted()?;
     args.workers.lines()?;

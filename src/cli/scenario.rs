@@ -56,19 +56,6 @@ impl ScenarioArg {
             .collect()
     }
 
-    /// Returns the scenario and what replaces its settings as a command says them.
-    pub(super) fn said(&self) -> String {
-        let mut text = quoted(self.scenario.as_ref());
-        for setting in self.settings() {
-            // `--set KEY=VALUE` or `--preset NAME`; a shell acts on the last part alone.
-            let flag = setting.flag();
-            let (plain, value) =
-                flag.split_at(flag.find('=').or(flag.find(' ')).map_or(0, |i| i + 1));
-            text.push_str(&format!(" {plain}{}", quoted(value.as_ref())));
-        }
-        text
-    }
-
     /// Returns the same with a preset where none is given.
     pub(super) fn settings_on(&self, preset: Preset) -> Vec<Override> {
         let preset = self.preset.as_deref().unwrap_or(preset.name());

@@ -1,4 +1,4 @@
-//! `tsc-family completions` and `tsc-family man`: made at run time from the command line's types.
+//! `tsc-family completions`: made at run time from the command line's types.
 //!
 //! The script of a shell asks this program what fits, at every press of Tab: so methods, scenarios and
 //! settings are those of the program that is installed, and of `a,b` the last one is completed.
@@ -119,22 +119,6 @@ pub(super) fn completions(args: &CompletionsArgs) -> anyhow::Result<u8> {
     let called = called.to_string_lossy();
     shell.write_registration(ASKS, PROGRAM, PROGRAM, &called, &mut script)?;
     print(&script)
-}
-
-pub(super) fn man(command: &clap::Command) -> anyhow::Result<u8> {
-    let mut page = Vec::new();
-    clap_mangen::Man::new(command.clone()).render(&mut page)?;
-    for subcommand in command.get_subcommands().filter(|c| !c.is_hide_set()) {
-        let mut text = Vec::new();
-        let man = clap_mangen::Man::new(subcommand.clone());
-        man.render_description_section(&mut text)?;
-        man.render_options_section(&mut text)?;
-        let heading = format!(".SH COMMAND {}\n", subcommand.get_name().to_uppercase());
-        page.extend_from_slice(heading.as_bytes());
-        let text = String::from_utf8_lossy(&text).replace(".SH ", ".SS ");
-        page.extend_from_slice(text.as_bytes());
-    }
-    print(&page)
 }
 
 fn print(text: &[u8]) -> anyhow::Result<u8> {

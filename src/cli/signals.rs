@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 
 use self::look::look;
 use super::build_networks::network;
-use super::effects::Use;
 use super::folder::DRAWINGS;
 use super::output::{line, note};
 use super::point::unknown_point;
@@ -69,8 +68,6 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
         );
     }
     args.given.check(imported)?;
-    let used = Use { family: !imported, networks: !imported, ..Use::BUILD };
-    used.check(&loaded, &args.scenario.settings())?;
     let config = if imported {
         path.to_path_buf()
     } else if let Some(index) = loaded.family.position(&args.place) {

@@ -4,11 +4,10 @@
 use std::path::{Path, PathBuf};
 
 use super::controllers::ControllersArgs;
-use super::effects::{self, Use, not_among};
 use super::folder::NETWORKS;
 use super::output::note;
 use super::run::RunArgs;
-use super::scenario::{DEFAULT_SCENARIO, ScenarioArg};
+use super::scenario::DEFAULT_SCENARIO;
 use crate::cli::refused::Refused;
 use crate::domains;
 use crate::family::FamilyError;
@@ -26,7 +25,6 @@ use crate::traffic::model::SignalModel;
 use crate::traffic::problem::SignalProblem;
 use crate::traffic::settings::{DemandSettings, Preset};
 use crate::traffic::sim::SimError;
-use crate::traffic::sim::obstacle::Given;
 use crate::traffic::utdf::read_plans;
 
 /// Most point MDPs that a message names.
@@ -113,21 +111,6 @@ impl Subject {
         !is(&[coordinated::METHOD, nema_coordinated::METHOD]) || signals.all(|signals| signals > 1)
     }
 
-    /// Reads a scenario as it is, without SUMO scenarios in place of its family.
-    pub(super) fn plain(scenario: &ScenarioArg) -> anyhow::Result<Self> {
-        let name = &scenario.scenario;
-        if let Some(entry) = scenario.entry()? {
-            scenario.say_which();
-            let problem = (entry.load)(name, &scenario.settings())?;
-            return Ok(Self::Other(entry, problem));
-        }
-        let loaded = scenario.signals(&scenario.settings())?;
-        let networks = default_folder(name, &loaded);
-        let problem =
-            SignalProblem::new(loaded, folder(name), networks, &[], &Given::default(), &[])?;
-        Ok(Self::Signals(Box::new(problem)))
-    }
-
     /// The domain.
     pub(super) fn domain(&self) -> &'static dyn Domain {
         match self {
@@ -185,10 +168,7 @@ impl Subject {
 
     /// Refuses what has no effect.
     pub(super) fn check(&self, args: &RunArgs, draft: &Draft) -> anyhow::Result<()> {
-        let problem = match self {
-            Self::Signals(problem) => problem,
-            Self::Other(entry, _) => return of_others(args, entry.domain, draft),
-        };
+        let Self::Signals(problem) = self else { return Ok(()) };
         let imported = problem.is_imported();
         has_plans(args, problem, draft)?;
         if imported && args.networks.is_some() {
@@ -196,19 +176,6 @@ impl Subject {
                 "--networks has no effect: the SUMO scenarios bring their networks; leave it out";
             return Err(Refused(reason.to_owned()).into());
         }
-        // A learner that is built on another one reads the settings of that one.
-        let own = draft.methods.iter().map(|method| self.domain().own(method));
-        let own = own.collect::<Result<Vec<_>, _>>()?;
-        let learners = own.into_iter().flatten().filter_map(|own| own.learner);
-        let methods: Vec<String> = draft.methods.iter().cloned().chain(learners).collect();
-        let used = Use {
-            family: !imported,
-            networks: !imported,
-            simulation: true,
-            methods: Some(&methods),
-            ..Use::BUILD
-        };
-        used.check(&problem.loaded, &args.scenario.settings())?;
         let scenario = &problem.loaded.scenario;
         let named = &args.scenario.scenario;
         if imported && !args.quiet && named != DEFAULT_SCENARIO {
@@ -269,7 +236,7 @@ fn has_plans(args: &RunArgs, problem: &SignalProblem, draft: &Draft) -> Result<(
         }
         return Err(Refused(format!(
             "no plan was given, or none that can be shown, for {} of {} point MDPs ({few}{more}), which the method \
-             {method} needs; complete the table, leave them out of the sample (--plan), or leave the method out",
+             {method} needs; complete the table, leave them out of the sample (--budget, --like), or leave the method out",
             lacking.len(),
             family.points.len().min(chosen.len())
         )));
@@ -295,21 +262,6 @@ fn without_effect(args: &RunArgs, domain: &str) -> anyhow::Result<()> {
         let reason =
             "its methods have settings of their own for that, such as total_steps; give --set";
         return refuse("--episodes", reason);
-    }
-    Ok(())
-}
-
-/// Refuses settings of methods that do not run.
-fn of_others(args: &RunArgs, domain: &dyn Domain, draft: &Draft) -> anyhow::Result<()> {
-    let runs = |m: &&Method| draft.methods.iter().any(|name| name == m.name);
-    let idle: Vec<&Method> = domain.methods().iter().filter(|m| !runs(m)).collect();
-    for setting in args.scenario.settings() {
-        let key = setting.keys().into_iter().next().unwrap_or_default();
-        let of = |m: &&&Method| key.split_once('.').is_some_and(|(own, _)| own == m.section());
-        if let Some(method) = idle.iter().find(of) {
-            let reason = not_among(method.name, &draft.methods);
-            return Err(effects::without_effect(&setting, &reason).into());
-        }
     }
     Ok(())
 }

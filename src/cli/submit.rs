@@ -117,7 +117,6 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         against: None,
         json: false,
         quiet: args.quiet,
-        keep_going: args.workers.keep_going,
     };
     let again = if args.retry_failed { results.failed().count() } else { 0 };
     let missing = results.missing().count() + again;

@@ -9,9 +9,6 @@ const FIRST_PLACE: &str = "first-place";
 /// When a run stops before its budget is spent.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct UntilArgs {
-    /// Stop at the first look at which the intervals of all methods' overall performance have this half-width
-    #[arg(long, value_name = "SCORE", conflicts_with = "until_decided")]
-    pub until_half_width: Option<f64>,
     /// Stop at the first look at which every pair of methods is decided, or every pair that is given, or it is decided
     /// which method is the best; methods that are surely behind drop out before
     #[arg(long, value_name = "A:B,...|first-place", num_args = 0..=1, require_equals = true, default_missing_value = "")]
@@ -21,8 +18,7 @@ pub struct UntilArgs {
 impl UntilArgs {
     /// Returns the flag that was given.
     pub fn flag(&self) -> Option<&'static str> {
-        let width = self.until_half_width.map(|_| "--until-half-width");
-        width.or(self.until_decided.as_ref().map(|_| "--until-decided"))
+        self.until_decided.as_ref().map(|_| "--until-decided")
     }
 
     /// Returns what was asked for; nothing, if nothing was.
@@ -32,23 +28,16 @@ impl UntilArgs {
     /// * `judged` — methods that are asked about where no pair is named, in order.
     /// * `methods` — all that there are.
     pub fn until(&self, judged: &[String], methods: &[String]) -> anyhow::Result<Option<Until>> {
-        Ok(match (&self.until_decided, self.until_half_width) {
-            (Some(asked), _) if asked == FIRST_PLACE => {
+        Ok(match &self.until_decided {
+            Some(asked) if asked == FIRST_PLACE => {
                 if judged.len() < 2 {
                     let reason = "it takes two methods to decide between";
                     return Err(Refused(format!("--until-decided={FIRST_PLACE}: {reason}")).into());
                 }
                 Some(Until::FirstPlace(judged.to_vec()))
             }
-            (Some(pairs), _) => Some(Until::Decided(asked(pairs, judged, methods)?)),
-            (None, Some(width)) if width.is_finite() && width > 0.0 => {
-                Some(Until::HalfWidth(width))
-            }
-            (None, Some(_)) => {
-                let reason = "--until-half-width must be a number above 0";
-                return Err(Refused(reason.to_owned()).into());
-            }
-            (None, None) => None,
+            Some(pairs) => Some(Until::Decided(asked(pairs, judged, methods)?)),
+            None => None,
         })
     }
 }
@@ -99,7 +88,7 @@ mod tests {
     }
 
     fn decided(pairs: &str) -> anyhow::Result<Option<Until>> {
-        let args = UntilArgs { until_half_width: None, until_decided: Some(pairs.to_owned()) };
+        let args = UntilArgs { until_decided: Some(pairs.to_owned()) };
         args.until(&names(&["a", "b", "c"]), &names(&["base", "a", "b", "c"]))
     }
 
@@ -120,17 +109,7 @@ mod tests {
             let e = decided(wrong).unwrap_err().to_string();
             assert!(e.contains("no pair of methods") || e.contains("d is not among"), "{e}");
         }
-        let one = UntilArgs { until_half_width: None, until_decided: Some(String::new()) };
+        let one = UntilArgs { until_decided: Some(String::new()) };
         assert!(one.until(&names(&["a"]), &names(&["a"])).is_err());
-    }
-
-    #[test]
-    fn a_half_width_is_a_number_above_0() {
-        let of = |width| {
-            let args = UntilArgs { until_half_width: Some(width), until_decided: None };
-            args.until(&[], &[])
-        };
-        assert_eq!(of(0.05).unwrap(), Some(Until::HalfWidth(0.05)));
-        assert!([0.0, -1.0, f64::NAN, f64::INFINITY].map(of).iter().all(Result::is_err));
     }
 }

@@ -4,30 +4,6 @@ use std::num::{NonZeroU32, NonZeroUsize};
 
 use clap::builder::RangedU64ValueParser;
 
-use crate::cli::refused::Refused;
-use crate::sample::Sampling;
-
-/// Returns how a sample is chosen that `--assist` supports.
-///
-/// # Arguments
-///
-/// * `asked` — what `--sampling` says.
-/// * `points` — size of the family.
-///
-/// # Errors
-///
-/// [`Refused`] when that way of sampling knows no scores.
-pub(super) fn assisted(asked: Option<Sampling>, points: usize) -> Result<Sampling, Refused> {
-    let sampling = asked.unwrap_or(Sampling::assisted(points));
-    match sampling.has_design() {
-        true => Ok(sampling),
-        false => Err(Refused(
-            "--assist has no effect: that --sampling knows no scores; leave one of them out"
-                .to_owned(),
-        )),
-    }
-}
-
 /// Most workers or threads of a machine.
 const MOST_WORKERS: usize = 1024;
 
@@ -45,12 +21,6 @@ pub(super) fn parse_budget(text: &str) -> Result<Budget, String> {
     // A budget of 0 is refused with the family's size, once that is known.
     let number = text.parse().map_err(|_| "expected a whole number or `all`".to_owned())?;
     Ok(Budget(Some(number)))
-}
-
-/// Reads a share above 0, per cent.
-pub(super) fn percent(text: &str) -> Result<f64, String> {
-    let share = text.parse().ok().filter(|share: &f64| *share > 0.0 && *share <= 100.0);
-    share.ok_or_else(|| "expected a number above 0, up to 100".to_owned())
 }
 
 pub(super) fn at_least_one(text: &str) -> Result<NonZeroU32, String> {

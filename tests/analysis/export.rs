@@ -146,7 +146,11 @@ fn the_same_records_give_the_same_bytes_and_csv_the_same_cells() {
 #[test]
 fn of_a_run_that_stopped_early_weights_are_those_of_the_report() {
     let dir = tempfile::tempdir().unwrap();
-    let layout = written(dir.path(), Until::HalfWidth(0.5), &["baseline"]);
+    let layout = written(
+        dir.path(),
+        Until::Decided(vec![("fixed-time".to_owned(), "ippo".to_owned())]),
+        &["baseline"],
+    );
     let path = dir.path().join("records.parquet");
     export(&layout, &path, Format::Parquet).unwrap();
     let report = reported(&layout);

@@ -60,7 +60,6 @@ pub(crate) fn manifest(methods: &[&str]) -> Manifest {
                 seed: 0,
                 draws: vec![draw("quiet", 0.75), draw("busy", 0.25)],
                 design: String::new(),
-                assisted: false,
                 growth: None,
             },
             points: vec![point("quiet", 0.75, 250.0), point("busy", 0.25, 900.0)],

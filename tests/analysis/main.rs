@@ -15,7 +15,6 @@ mod dropped;
 mod estimate;
 mod export;
 mod palette;
-mod plan;
 mod published;
 mod published_figures;
 mod quality_snapshot;

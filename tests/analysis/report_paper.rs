@@ -1,4 +1,4 @@
-//! What a report has for papers: tables in LaTeX, learning curves as numbers, figures as PDF and PGF, what to cite.
+//! What a report has for papers: tables in LaTeX, learning curves as numbers, what to cite.
 
 use std::fs;
 use std::path::Path;
@@ -61,33 +61,6 @@ fn learning_curves_are_there_as_numbers() {
          idqn,2,2,1.75,1.75,1.75,-3,-3,-3,,,\n\
          idqn,3,2,1.5,1.5,1.5,-3,-3,-3,,,\n"
     );
-}
-
-#[test]
-fn every_figure_is_there_as_pdf_and_pgf() {
-    let dir = tempfile::tempdir().unwrap();
-    let layout = written(dir.path());
-    let names: Vec<String> = fs::read_dir(layout.report())
-        .unwrap()
-        .map(|e| e.unwrap().file_name().into_string().unwrap())
-        .collect();
-    let mut figures: Vec<&str> =
-        names.iter().filter_map(|name| name.strip_suffix(".svg")).collect();
-    figures.sort_unstable();
-    assert_eq!(
-        figures,
-        ["distribution", "learning", "level-of-service", "map", "overall", "profiles", "ranks"]
-    );
-    for name in figures {
-        let pdf = fs::read(layout.report().join(format!("{name}.pdf"))).unwrap();
-        assert!(pdf.starts_with(b"%PDF-1.4") && pdf.ends_with(b"%%EOF\n"), "{name}");
-        let (svg, pgf) =
-            (text(&layout, &format!("{name}.svg")), text(&layout, &format!("{name}.pgf")));
-        // Every text of the drawing is in it.
-        assert_eq!(svg.matches("<text").count(), pgf.matches("\\pgftext").count(), "{name}");
-        let content: String = pdf.iter().map(|byte| char::from(*byte)).collect();
-        assert_eq!(svg.matches("<text").count(), content.matches(") Tj ET").count(), "{name}");
-    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use crate::made_up::{
 };
 use tsc_family::analysis::Decided;
 use tsc_family::report::{self, Report};
-use tsc_family::stats::{Direction, Verdict};
+use tsc_family::stats::Direction;
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Manifest, Task};
 use tsc_family::store::record::TaskResult;
@@ -165,7 +165,7 @@ fn a_method_that_lacks_points_has_pairs_where_both_have_results_and_no_place() {
     let with_ippo = |p: &&tsc_family::analysis::Pair| data.methods[p.second].method == "ippo";
     let pairs: Vec<_> = data.comparison.pairs.iter().filter(with_ippo).collect();
     assert_eq!(pairs.len(), 11);
-    assert!(pairs.iter().all(|p| p.points == 1 && p.dominance.is_none()));
+    assert!(pairs.iter().all(|p| p.points == 1));
     let row = data.json_rows().into_iter().find(|row| row["method"] == "ippo").unwrap();
     assert!(row["rank_probabilities"].is_null());
 }
@@ -190,8 +190,6 @@ fn one_seed_on_every_point_says_nothing_of_chance() {
     let data: Report = reported(&layout);
     let pair = &data.comparison.pairs[0];
     assert_eq!((pair.decided(), pair.ahead.interval), (Decided::Unknown, None));
-    // What is not decided is not dominated either.
-    assert_eq!(pair.dominance.unwrap().verdict, Verdict::Open);
     assert_eq!(data.comparison.ranks, None);
     assert_eq!(file(&layout, "ranks.csv"), "method,rank,probability,against\n");
     assert!(!layout.report().join("ranks.svg").exists());
@@ -230,18 +228,6 @@ fn a_place_is_as_open_as_the_pair_although_the_method_is_ahead_on_every_seed() {
 }
 
 #[test]
-fn means_over_a_feature_say_of_how_many_point_mdps_they_are() {
-    let dir = tempfile::tempdir().unwrap();
-    let manifest = spread(manifest(&["baseline", "fixed-time"]), 10);
-    let layout = write_results(dir.path(), &manifest, |task| ended(delays(task)));
-    report::write(&layout, &reported(&layout)).unwrap();
-    let drawing = file(&layout, "context.svg");
-    // One point MDP has the inflow of `quiet`, the others have that of `busy`.
-    assert!(drawing.contains(">1</text>") && drawing.contains(">11</text>"), "{drawing}");
-    assert!(file(&layout, "index.html").contains("fewer than 5 point MDPs. Triangles"));
-}
-
-#[test]
 fn a_single_method_has_nothing_to_be_compared_with() {
     let dir = tempfile::tempdir().unwrap();
     let layout = write_results(dir.path(), &manifest(&["baseline"]), |task| ended(delays(task)));
@@ -252,7 +238,6 @@ fn a_single_method_has_nothing_to_be_compared_with() {
 #[test]
 fn where_more_is_better_the_larger_value_is_ahead_and_its_profile_is_higher() {
     let dir = tempfile::tempdir().unwrap();
-    // A method dominates on ten point MDPs or more.
     let mut manifest = spread(manifest(&["baseline", "fixed-time", "max-pressure"]), 8);
     manifest.identity.direction = Direction::Higher;
     manifest.identity.baseline = String::new();
@@ -266,16 +251,9 @@ fn where_more_is_better_the_larger_value_is_ahead_and_its_profile_is_higher() {
     let pair = &data.comparison.pairs[0];
     assert_eq!(data.methods[pair.first].method, "baseline");
     assert!(pair.ahead.value > 0.0 && pair.improvement.value == 1.0);
-    assert_eq!((pair.decided(), pair.dominance.unwrap().verdict), (Decided::First, Verdict::First));
+    assert_eq!(pair.decided(), Decided::First);
     let first = &data.comparison.profiles[0];
-    assert!(first.bands.is_sorted_by(|a, b| a.1.value >= b.1.value), "{first:?}");
+    assert!(first.steps.is_sorted_by(|a, b| a.1 >= b.1), "{first:?}");
     written(&layout);
     assert!(file(&layout, "profiles.svg").contains("higher is better; a higher curve is better"));
-    let (page, _) = written(&layout);
-    assert!(page.contains("baseline dominates"), "{page}");
-    let apart = tempfile::tempdir().unwrap();
-    assert_eq!(
-        reported(&few(apart.path())).comparison.pairs[0].dominance.unwrap().verdict,
-        Verdict::Open
-    );
 }

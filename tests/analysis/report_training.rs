@@ -253,42 +253,6 @@ fn learning_curves_are_drawn_for_learners_only() {
 }
 
 #[test]
-fn few_point_mdps_have_learning_curves_of_their_own() {
-    let drawn = |more: usize| {
-        let dir = tempfile::tempdir().unwrap();
-        let mut manifest = manifest(&["baseline", "idqn"]);
-        let identity = &mut manifest.identity;
-        for number in 0..more {
-            let (mut point, mut draw) =
-                (identity.points[0].clone(), identity.sample.draws[0].clone());
-            point.point = format!("noon-{number}");
-            draw.point.clone_from(&point.point);
-            identity.points.push(point);
-            identity.sample.draws.push(draw);
-        }
-        let count = identity.points.len();
-        (identity.sample.budget, identity.sample.family_size) = (count, count);
-        let share = 1.0 / count as f64;
-        identity.points.iter_mut().for_each(|point| point.importance = share);
-        identity.sample.draws.iter_mut().for_each(|draw| draw.weight = share);
-        let layout = crate::made_up::write_results(dir.path(), &manifest, |task| {
-            Some(if task.method == "idqn" { learned(task, 0.75) } else { untrained(task, 1.0) })
-        });
-        let page = file_of(&layout, "index.html");
-        let drawing = fs::read_to_string(layout.report().join("learning-by-point.svg")).ok();
-        assert_eq!(page.contains("id=\"learning-by-point"), drawing.is_some());
-        drawing
-    };
-    // Of two the ends of the band are the curves, and of many nobody would look at each.
-    assert_eq!((drawn(0), drawn(8)), (None, None));
-    let drawing = drawn(1).unwrap();
-    well_formed(&drawing);
-    for title in ["quiet", "busy", "noon-0"] {
-        assert!(drawing.contains(&format!("{title}: idqn ")), "{title}: {drawing}");
-    }
-}
-
-#[test]
 fn without_a_learner_there_is_nothing_about_training() {
     let dir = tempfile::tempdir().unwrap();
     let manifest = manifest(&["baseline", "fixed-time"]);

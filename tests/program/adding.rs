@@ -106,28 +106,6 @@ fn a_sample_grows_where_it_contains_the_one_that_is_there() {
 }
 
 #[test]
-fn other_settings_of_what_assists_a_plan_are_said_by_the_run_and_its_report() {
-    let dir = tempfile::tempdir().unwrap();
-    let plan = Command::new(env!("CARGO_BIN_EXE_tsc-family"))
-        .args(["plan", "cartpole", "--budget", "2", "--out", "p.json"])
-        .current_dir(dir.path())
-        .status();
-    assert!(plan.unwrap().success());
-    let path = dir.path().join("p.json");
-    let text = fs::read_to_string(&path).unwrap();
-    let assisted = "{\n  \"assisting\": {\"demand\": {\"x\": 1}},\n";
-    fs::write(&path, text.replacen("{\n", assisted, 1)).unwrap();
-    let said =
-        done(&format!("{PPO} --methods ppo --eval-seeds 2 --plan p.json --out r"), dir.path());
-    let differs = "computed with other settings (demand.x = 1 there, nothing here)";
-    assert!(said.contains(&format!("warning: what assists p.json was {differs}")), "{said}");
-    assert!(said.contains(&format!("assist the sample were {differs}")), "{said}");
-    // The folder keeps it.
-    let said = done(&format!("{PPO} {DQN} --methods dqn --out r"), dir.path());
-    assert!(said.contains(&format!("assist the sample were {differs}")), "{said}");
-}
-
-#[test]
 fn a_method_is_computed_again_where_that_is_asked_for() {
     let dir = tempfile::tempdir().unwrap();
     let both = format!("{PPO} {DQN}");

@@ -19,7 +19,6 @@ fn the_help_of_every_command_stays_as_it_is() {
         ("help_signals", "signals --help"),
         ("help_report", "report --help"),
         ("help_check", "check --help"),
-        ("help_plan", "plan --help"),
         ("help_estimate", "estimate --help"),
         ("help_compare", "compare --help"),
         ("help_across", "across --help"),
@@ -29,18 +28,6 @@ fn the_help_of_every_command_stays_as_it_is() {
     ] {
         insta::assert_snapshot!(name, help(args));
     }
-}
-
-#[test]
-fn the_manual_page_names_every_command() {
-    let page = help("man");
-    for command in [
-        "list", "build\\-networks", "run", "evaluate", "routes", "signals", "report", "check",
-        "plan", "estimate", "compare", "across", "sensitivity", "doctor", "completions",
-    ] {
-        assert!(page.contains(command), "{command}");
-    }
-    assert!(!page.contains("worker DIR"));
 }
 
 #[test]

@@ -6,9 +6,6 @@ use std::process::{Command, Output};
 
 use crate::common::{stderr, stdout};
 use serde_json::Value;
-use tsc_family::store::Layout;
-use tsc_family::store::manifest::Manifest;
-use tsc_family::store::record::Record;
 
 const SHORT: [&str; 6] =
     ["--set", "ppo.total_steps=2048", "--set", "dqn.total_steps=2000", "--eval-seeds", "2"];
@@ -49,17 +46,17 @@ fn reported(dir: &Path, out: &str) -> (Vec<Value>, String) {
 #[test]
 fn a_run_that_knows_enough_stops_and_says_so_again() {
     let dir = tempfile::tempdir().unwrap();
-    let args = ["--budget", "16", "--looks", "4,8,16", "--until-half-width", "5", "--out", "r"];
+    let args = ["--budget", "16", "--looks", "12,16", "--until-decided", "--out", "r"];
     let (_, said) = run(&args, dir.path());
-    assert!(said.contains("look 1 of 3, 4 point MDPs: the widest interval is ± 0."), "{said}");
+    assert!(said.contains("look 1 of 2, 12 point MDPs: every pair is decided"), "{said}");
     assert!(said.contains("that is enough"), "{said}");
-    assert_eq!(records(&dir.path().join("r")), 8);
+    assert_eq!(records(&dir.path().join("r")), 24);
     let (_, again) = run(&args, dir.path());
-    assert!(again.contains("look 1 of 3") && !again.contains("already done"), "{again}");
-    assert_eq!(records(&dir.path().join("r")), 8);
+    assert!(again.contains("look 1 of 2") && !again.contains("already done"), "{again}");
+    assert_eq!(records(&dir.path().join("r")), 24);
     let (rows, notes) = reported(dir.path(), "r");
-    assert!(rows.iter().all(|row| row["points"] == 4), "{rows:?}");
-    assert!(notes.contains("After look 1 of 3, with 4 point MDPs, this is"), "{notes}");
+    assert!(rows.iter().all(|row| row["points"] == 12), "{rows:?}");
+    assert!(notes.contains("After look 1 of 2, with 12 point MDPs, this is"), "{notes}");
     // Nothing is missing, and nobody promises tasks that `resume` does not do.
     let said = |args: &[&str]| {
         let output = command(args, dir.path());
@@ -67,16 +64,16 @@ fn a_run_that_knows_enough_stops_and_says_so_again() {
         (output.status.code(), text)
     };
     let (code, status) = said(&["status", "r"]);
-    assert!(code == Some(0) && status.contains("look 1 of 3: 8 of 8 tasks are done"), "{status}");
+    assert!(code == Some(0) && status.contains("look 1 of 2: 24 of 24 tasks are done"), "{status}");
     assert!(status.contains("continues if they are not enough"), "{status}");
     let (code, checked) = said(&["check", "r"]);
-    assert!(code == Some(0) && checked.contains("look 1 of 3: 8 of 8 records"), "{checked}");
+    assert!(code == Some(0) && checked.contains("look 1 of 2: 24 of 24 records"), "{checked}");
 }
 
 #[test]
 fn the_look_that_is_under_way_is_what_status_and_resume_are_about() {
     let dir = tempfile::tempdir().unwrap();
-    let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9", "--out", "r"];
+    let args = ["--budget", "12", "--looks", "4,12", "--until-decided", "--out", "r"];
     run(&args, dir.path());
     let out = dir.path().join("r");
     assert_eq!(records(&out), 24);
@@ -99,7 +96,7 @@ fn the_look_that_is_under_way_is_what_status_and_resume_are_about() {
 #[test]
 fn a_look_that_was_not_begun_is_left_to_the_command_of_the_run() {
     let dir = tempfile::tempdir().unwrap();
-    let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9", "--out", "r"];
+    let args = ["--budget", "12", "--looks", "4,12", "--until-decided", "--out", "r"];
     run(&args, dir.path());
     let out = dir.path().join("r");
     let first = plan_of_look(&out, 0);
@@ -111,7 +108,7 @@ fn a_look_that_was_not_begun_is_left_to_the_command_of_the_run() {
     let said = stderr(&resumed);
     let expected =
         "the command of the run inspects the results, and continues if they are not enough: ";
-    assert!(said.contains(expected) && said.contains("--until-half-width 1e-9"), "{said}");
+    assert!(said.contains(expected) && said.contains("--until-decided"), "{said}");
     run(&args, dir.path());
     assert_eq!(records(&out), 24);
 }
@@ -119,7 +116,7 @@ fn a_look_that_was_not_begun_is_left_to_the_command_of_the_run() {
 #[test]
 fn a_look_that_was_handed_over_is_under_way_before_it_has_a_record() {
     let dir = tempfile::tempdir().unwrap();
-    let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9", "--out", "r"];
+    let args = ["--budget", "12", "--looks", "4,12", "--until-decided", "--out", "r"];
     let hand_over = || run(&[&args[..], &["--executor", "script"]].concat(), dir.path());
     let out = dir.path().join("r");
     let resume = || command(&["resume", "r", "--executor", "local"], dir.path()).status.code();
@@ -148,15 +145,18 @@ fn plan_of_look(out: &Path, look: usize) -> Vec<u64> {
 }
 
 #[test]
-fn a_run_that_never_knows_enough_ends_with_the_sample_it_would_have_been_at_once() {
+fn a_run_that_spends_its_budget_ends_with_the_sample_it_would_have_been_at_once() {
     let dir = tempfile::tempdir().unwrap();
-    let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9"];
+    let args = ["--budget", "12", "--looks", "4,12", "--until-decided"];
     let (lines, _) = run(&[&args[..], &["--json", "--out", "grown"]].concat(), dir.path());
     run(&["--budget", "12", "-q", "--out", "whole"], dir.path());
     let looks: Vec<Value> = lines.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     let looks: Vec<&Value> = looks.iter().filter(|l| l["event"] == "look").collect();
     let of = |name: &str| looks.iter().map(|l| l[name].clone()).collect::<Vec<_>>();
-    assert_eq!((of("points"), of("enough")), (vec![4.into(), 12.into()], vec![false.into(); 2]));
+    assert_eq!(
+        (of("points"), of("enough")),
+        (vec![4.into(), 12.into()], vec![false.into(), true.into()])
+    );
     let manifest = |out: &str| -> Value {
         let text = fs::read_to_string(dir.path().join(out).join("manifest.json")).unwrap();
         serde_json::from_str(&text).unwrap()
@@ -166,7 +166,7 @@ fn a_run_that_never_knows_enough_ends_with_the_sample_it_would_have_been_at_once
     // The estimates are the same, and intervals that were looked at twice are wider.
     let (grown, notes) = reported(dir.path(), "grown");
     let (whole, plain) = reported(dir.path(), "whole");
-    assert!(notes.contains("the budget is spent") && !plain.contains("look"), "{notes}");
+    assert!(notes.contains("After look 2 of 2") && !plain.contains("look"), "{notes}");
     for (a, b) in grown.iter().zip(&whole) {
         assert_eq!(a["overall"], b["overall"]);
         let width = |row: &Value| {
@@ -200,34 +200,10 @@ fn a_look_that_is_not_complete_does_not_count_and_is_gone_on_with() {
 }
 
 #[test]
-fn a_submission_is_complete_when_the_look_that_counts_is() {
-    let dir = tempfile::tempdir().unwrap();
-    let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9", "--out", "r"];
-    run(&args, dir.path());
-    let out = dir.path().join("r");
-    let first = plan_of_look(&out, 0);
-    let later: Vec<usize> =
-        (0..24).filter(|task| !first.contains(task)).map(|task| task as usize).collect();
-    let layout = Layout::new(&out);
-    let manifest = Manifest::read(&layout).unwrap();
-    let (sha256, tasks) = (manifest.sha256(), manifest.identity.tasks());
-    let wall = Record::read(&layout, &tasks[later[0]], &sha256).unwrap().unwrap().summary.wall;
-    fs::remove_file(layout.record(later[0])).unwrap();
-    fs::remove_file(layout.record(later[1])).unwrap();
-    Record::failed(&tasks[later[0]], &sha256, "it fell".into(), wall).commit(&layout).unwrap();
-    let checked = command(&["check", "r", "--submission"], dir.path());
-    let said = stdout(&checked);
-    assert_eq!(checked.status.code(), Some(6), "{said}{}", stderr(&checked));
-    let complete = "completeness: all 8 tasks of look 1 of 2 have a record, and none failed";
-    assert!(said.contains(complete) && said.contains("the other 7 of 8 tasks"), "{said}");
-}
-
-#[test]
 fn what_cannot_grow_or_has_no_effect_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     for (args, words) in [
         (&["--looks", "4,8", "--budget", "8"][..], "--looks has no effect without --until-decided"),
-        (&["--until-half-width", "0", "--budget", "8"], "must be a number above 0"),
         (&["--until-decided", "--methods", "ppo"], "it takes two methods to decide between"),
         (&["--until-decided=ppo", "--budget", "8"], "\"ppo\" is no pair of methods"),
         (&["--until-decided=ppo:sarsa", "--budget", "8"], "sarsa"),
@@ -236,7 +212,6 @@ fn what_cannot_grow_or_has_no_effect_is_refused() {
             &["--until-decided", "--budget", "8", "--looks", "4,6"],
             "looks must ascend from 1 or more to the budget, 8",
         ),
-        (&["--until-decided", "--until-half-width", "0.1"], "cannot be used with"),
     ] {
         let said = refused(args, dir.path());
         assert!(said.contains(words), "{args:?}: {said}");
@@ -247,14 +222,14 @@ fn what_cannot_grow_or_has_no_effect_is_refused() {
 fn another_rule_is_another_run() {
     let dir = tempfile::tempdir().unwrap();
     let out = ["--budget", "4", "-q", "--out", "r"];
-    run(&[&out[..], &["--until-half-width", "5"]].concat(), dir.path());
+    run(&[&out[..], &["--until-decided"]].concat(), dir.path());
     let output = command(
-        &[&["run", "cartpole"], &out[..], &SHORT, &["--until-half-width", "4"]].concat(),
+        &[&["run", "cartpole"], &out[..], &SHORT, &["--until-decided=first-place"]].concat(),
         dir.path(),
     );
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(
-        said.contains("known to ± 5 there and until every method's overall performance is known"),
+        said.contains("until it is decided which of ppo and dqn is better there and until it is decided which of"),
         "{said}"
     );
 }
@@ -262,7 +237,7 @@ fn another_rule_is_another_run() {
 #[test]
 fn what_was_evaluated_stands_for_all_intersections_when_a_run_stops_early() {
     let dir = tempfile::tempdir().unwrap();
-    let args = "run --budget 12 --looks 4,12 --until-half-width 5 --methods max-pressure --eval-seeds 2 \
+    let args = "run --budget 12 --looks 4,12 --until-decided=baseline:max-pressure --methods max-pressure --eval-seeds 2 \
                 --set demand.horizon_s=300 --out r -q";
     let output = command(&args.split_whitespace().collect::<Vec<_>>(), dir.path());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

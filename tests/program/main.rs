@@ -61,7 +61,5 @@ mod several_signals;
 mod strange_files;
 #[cfg(feature = "libsumo")]
 mod strangers;
-#[cfg(feature = "libsumo")]
-mod submission;
 mod terminal;
 mod wrong_inputs;

@@ -63,7 +63,7 @@ fn each_is_refused(folder: &Path, place: &str, args: &str) {
 }
 
 #[test]
-fn scenarios_tables_and_plans_are_regular_files() {
+fn scenarios_and_tables_are_regular_files() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     fs::write(folder.join("city.toml"), "family.points = \"points.csv\"").unwrap();
@@ -74,11 +74,6 @@ fn scenarios_tables_and_plans_are_regular_files() {
     each_is_refused(folder, "points.csv", "list city.toml");
     each_is_refused(folder, "arms.csv", "list arms.toml");
     each_is_refused(folder, "carts.csv", "list carts.toml");
-    each_is_refused(
-        folder,
-        "plan.json",
-        "run smoke --plan plan.json --methods max-pressure --out out",
-    );
     fs::create_dir(folder.join("points.csv")).unwrap();
     assert!(refused(folder, "list city.toml").contains("it is a folder; give a regular file"));
 }

@@ -50,13 +50,8 @@ pub(super) fn gain(data: &Analysis) -> Option<String> {
     let hours = intersections * weighted_mean(known?)?;
     let direction = if hours < 0.0 { "more" } else { "less" };
     let about = if data.is_whole() { "" } else { "about " };
-    // A model knows delays, and not how many vehicles have them.
-    let of_all = match data.is_assisted() {
-        true => format!("By the sample alone, all {intersections} intersections have"),
-        false => format!("Over all {intersections} intersections that is"),
-    };
     let mut text = format!(
-        "{of_all} {about}{} vehicle-hours {direction} in the simulated {}",
+        "Over all {intersections} intersections that is {about}{} vehicle-hours {direction} in the simulated {}",
         format::thousands(hours.abs()),
         demand::span(horizon_s)
     );

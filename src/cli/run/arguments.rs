@@ -47,10 +47,10 @@ pub struct RunArgs {
     /// How the sample is chosen [default: balanced; with --assist bayesian-quadrature]
     #[arg(long, value_enum)]
     pub sampling: Option<Sampling>,
-    /// File that `plan` wrote, with the point MDPs to evaluate
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["budget", "sampling", "assist", "sumocfg"])]
-    pub plan: Option<PathBuf>,
-    /// Results of the whole family for methods that do not learn; sample and estimates use their scores
+    /// Results directory whose point MDPs and weights are taken
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["budget", "sampling", "assist", "sumocfg"])]
+    pub like: Option<PathBuf>,
+    /// Results of the whole family for methods that do not learn; Bayesian quadrature uses their scores
     #[arg(long, value_name = "DIR", conflicts_with = "sumocfg")]
     pub assist: Option<PathBuf>,
     /// When it stops

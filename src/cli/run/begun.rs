@@ -8,8 +8,7 @@ use crate::cli::refused::Refused;
 use crate::cli::subject::Subject;
 use crate::family::MdpFamily;
 use crate::files::{self, limits};
-use crate::sample::plan_file::PlanFile;
-use crate::sample::{Choice, Design, SamplePlan, Sampling, choose_over};
+use crate::sample::{Choice, Design, Sampling, choose_over};
 use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::{Identity, Manifest};
@@ -67,31 +66,40 @@ impl Begun {
 
     /// Returns which point MDPs it has.
     pub(super) fn choice(&self) -> anyhow::Result<Choice> {
-        let Identity { scenario, sample, .. } = &self.identity;
+        let sample = &self.identity.sample;
         if sample.sampling == Sampling::All {
             return Ok(Choice::All);
         }
         let bytes = files::if_present(files::read(&self.layout.design(), limits::DOCUMENT))?;
         // One that is damaged is named where the run is opened.
         let design: Option<Design> = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok());
-        let plan = PlanFile::new(scenario, sample.clone(), design);
-        Ok(Choice::Plan(PlanFile { assisting: self.assisting.clone(), ..plan }))
+        Ok(Choice::Sample { sample: sample.clone(), design, assisting: self.assisting.clone() })
     }
 
     /// Returns a sample of another size, drawn as the one that it has and over the same design.
     pub(super) fn with_budget(&self, budget: usize, family: &MdpFamily) -> anyhow::Result<Choice> {
-        let plan = match self.choice()? {
-            Choice::Plan(plan) if plan.check(family).is_ok() => plan,
+        let there = self.choice()?;
+        let (sample, design, assisting) = match &there {
+            Choice::Sample { sample, design, assisting } if there.sample(family, 0).is_ok() => {
+                (sample, design.clone(), assisting.clone())
+            }
             // What is there is a whole family, or of another one, which is said where the run is opened.
             _ => {
                 let sampling = Sampling::DEFAULT;
                 return Ok(Choice::Budget { budget, sampling, design: None, assisting: None });
             }
         };
-        let design = plan.design.clone().unwrap_or_else(|| Design::of(family));
-        let SamplePlan { sampling, seed, .. } = plan.sample;
-        let sample = choose_over(family, &design, sampling, budget, seed);
+        let over = design.clone().unwrap_or_else(|| Design::of(family));
+        let sample = choose_over(family, &over, sample.sampling, budget, sample.seed);
         let sample = sample.map_err(|e| Refused(e.to_string()))?;
-        Ok(Choice::Plan(PlanFile { sample, ..plan }))
+        Ok(Choice::Sample { sample, design, assisting })
     }
+}
+
+/// Returns the sample of the run in another folder, without the looks at which it grew.
+pub(super) fn like(dir: &Path) -> anyhow::Result<Choice> {
+    let layout = Layout::new(dir);
+    let Manifest { mut identity, provenance } = Manifest::read(&layout)?;
+    identity.sample.growth = None;
+    Begun { layout, assisting: provenance.assisting, identity }.choice()
 }

@@ -32,8 +32,7 @@ pub(super) fn grow(
         if args.looks.is_empty() {
             return Ok(());
         }
-        let reason =
-            "--looks has no effect without --until-decided or --until-half-width; leave it out";
+        let reason = "--looks has no effect without --until-decided; leave it out";
         return Err(Refused(reason.to_owned()).into());
     };
     // In the order of the draft and each once, whatever the order and number of times that they were given.
@@ -91,8 +90,6 @@ pub(super) fn next(
             "points": now.manifest.identity.points.len(),
             "enough": standing.is_enough,
             "open": standing.open,
-            "widest": standing.widest.as_ref().map(|w| &w.0),
-            "half_width": standing.widest.as_ref().and_then(|w| w.1),
             "dropped": standing.behind.iter().map(|d| &d.method).collect::<Vec<_>>(),
         }))?;
     } else if !args.quiet {
@@ -105,15 +102,11 @@ pub(super) fn next(
 
 /// Returns what a look shows, and what follows from it.
 fn said(standing: &Standing, points: usize, then: Option<usize>) -> String {
-    let Standing { look, looks, open, widest, is_enough, behind } = standing;
+    let Standing { look, looks, open, is_enough, behind } = standing;
     let mut text = format!("look {look} of {looks}, {points} point MDPs: ");
-    match widest {
-        Some((method, Some(width))) => {
-            text.push_str(&format!("the widest interval is ± {width:.3}, of {method}"));
-        }
-        Some((method, None)) => text.push_str(&format!("{method} has no interval")),
-        None if open.is_empty() => text.push_str("every pair is decided"),
-        None => {
+    match open.is_empty() {
+        true => text.push_str("every pair is decided"),
+        false => {
             let named = open.iter().take(NAMED).map(|(a, b)| format!("{a} and {b}"));
             text.push_str(&format!("open between {}", named.collect::<Vec<_>>().join(", ")));
             if open.len() > NAMED {

@@ -10,7 +10,7 @@ use super::estimator::Estimate;
 use super::evidence::Evidence;
 use super::method::Summarised;
 use super::pairs::{Pair, pairs};
-use super::profiles::{Profile, RankedProfiles};
+use super::profiles::{Profile, profiles};
 use crate::stats::Bootstrap;
 use crate::stats::ranks::rank_probabilities;
 use crate::stats::resampling::factors;
@@ -34,10 +34,9 @@ pub struct Comparison {
 
 /// Compares methods; `estimates` are in the order of the ranking, those that are not ranked last.
 pub(super) fn compare(evidence: Evidence<'_>, estimates: &[Summarised]) -> Comparison {
-    let profiles = RankedProfiles::of(evidence, estimates);
-    let pairs = pairs(evidence, estimates, &profiles);
+    let pairs = pairs(evidence, estimates);
     let ranks = places(evidence, estimates, &pairs);
-    Comparison { pairs, ranks, profiles: profiles.profiles }
+    Comparison { pairs, ranks, profiles: profiles(evidence, estimates) }
 }
 
 /// Returns the probability of every place for every method that is ranked.

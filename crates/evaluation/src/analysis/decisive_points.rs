@@ -25,12 +25,8 @@ pub struct DecisivePoints {
 
 impl Analysis {
     /// Returns the fewest point MDPs without which another method would be ahead of the first; `None` where more than a
-    /// twentieth of the weight would have to go, or where the first is not ahead by the weighted mean alone; so also where
-    /// a model assists, which without them would predict something else.
+    /// twentieth of the weight would have to go, or where the first is not ahead by the weighted mean alone.
     pub fn decisive_points(&self) -> Option<DecisivePoints> {
-        if self.is_assisted() {
-            return None;
-        }
         let first = self.methods.first().filter(|m| m.rank.is_some())?;
         let others = self.methods.iter().enumerate().skip(1).filter(|(_, m)| m.rank.is_some());
         let found = others.filter_map(|(position, other)| self.turned(first, (position, other)));

@@ -32,17 +32,8 @@ pub(super) struct Evidence<'a> {
 }
 
 impl<'a> Evidence<'a> {
-    /// Returns what an estimator is given of the whole family: what a model knows, or what says how alike point MDPs are.
+    /// Returns what says how alike point MDPs are, for the estimator that takes it.
     pub(super) fn given(&self) -> Option<&'a Design> {
-        match self.identity.sample.sampling {
-            Sampling::BayesianQuadrature => self.design,
-            _ => self.assisting(),
-        }
-    }
-
-    /// Returns what a model knows of the whole family: that is relative to the baseline, and a design without it only
-    /// says where point MDPs lie.
-    pub(super) fn assisting(&self) -> Option<&'a Design> {
-        self.design.filter(|_| self.identity.sample.assisted && self.reference.is_baseline)
+        self.design.filter(|_| self.identity.sample.sampling == Sampling::BayesianQuadrature)
     }
 }

@@ -15,7 +15,6 @@ use super::estimator::{Chosen, Estimate, Estimator, Sample, estimator_of};
 use super::evidence::Evidence;
 use super::points::{PointResult, PointSummary, TaskScore};
 use super::summaries::{Summaries, summarise};
-use crate::sample::Measure;
 use crate::stats::PointObjectives;
 use crate::stats::bootstrap::RESAMPLES;
 use crate::stats::score::weighted_mean;
@@ -87,8 +86,7 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
     let weights = weights(identity, &counted);
     let (estimate, summaries) = estimate(evidence, index, &scored, &weights);
     let weighted = || weights.iter().copied().zip(&scored);
-    let objective = assisted_objective(evidence, &summaries)
-        .or_else(|| weighted_mean(weighted().map(|(w, (_, r))| (w, r.objective))));
+    let objective = weighted_mean(weighted().map(|(w, (_, r))| (w, r.objective)));
     let own_tasks = || tasks.iter().filter(|r| r.method == index);
     let worst = scored
         .iter()
@@ -133,15 +131,6 @@ fn tuning<'a>(tasks: impl Iterator<Item = &'a TaskScore>) -> Option<TuningSummar
     }
     let points = Some(kept.len()).filter(|points| *points > 0)?;
     Some(TuningSummary { kept: kept.values().filter(|kept| **kept).count(), points })
-}
-
-/// Returns the mean objective that follows from the assisted ratio of means, where the reference's own mean is known of the
-/// whole family; `None` in a sample that is not assisted.
-fn assisted_objective(evidence: Evidence<'_>, summaries: &Summaries) -> Option<f64> {
-    let design = evidence.assisting()?;
-    let objective = design.input(&evidence.reference.name, Measure::Objective)?;
-    let importance = design.points.iter().map(|p| p.importance);
-    Some(summaries.ratio_of_means?.value * weighted_mean(importance.zip(objective))?)
 }
 
 /// Estimates with the same generator for every method, so that differences are paired.

@@ -47,7 +47,7 @@ pub use family_share::FamilyShare;
 pub use measures::{Measures, NoMeasures, Regime, Share};
 pub use method::{MethodSummary, TuningSummary};
 pub use naming::{noun, unit};
-pub use pairs::{Decided, FEWEST_TO_DOMINATE, Pair};
+pub use pairs::{Decided, Pair};
 pub use points::{PointResult, PointSummary, TaskScore};
 pub use profiles::Profile;
 pub use ranking::{Lead, OnCommonPoints};

@@ -11,14 +11,9 @@ use super::estimator::{Estimate, Estimator, Sample, estimator_of};
 use super::evidence::Evidence;
 use super::method::{MethodSummary, Summarised, paired};
 use super::points::{PointResult, PointSummary};
-use super::profiles::RankedProfiles;
 use super::summaries::Estimated;
 use crate::stats::improvement::{self, placements};
-use crate::stats::{Dominance, PointObjectives, Verdict, degrees};
-
-/// Fewest point MDPs on which a method can dominate another: on nine, each a coin toss, one is ahead on all with a
-/// probability of 0.4%, but on four with 12%.
-pub const FEWEST_TO_DOMINATE: usize = 10;
+use crate::stats::{PointObjectives, degrees};
 
 /// Two methods compared.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,8 +30,6 @@ pub struct Pair {
     pub degrees: Option<f64>,
     /// Probability that a run of the first is better than one of the second on the same point MDP.
     pub improvement: Estimated,
-    /// What the profiles of the two say; `None` where one of them is not ranked.
-    pub dominance: Option<Dominance>,
 }
 
 /// What the interval of a difference says.
@@ -68,34 +61,12 @@ impl Pair {
 type OnPoint<'a> = (&'a PointSummary, &'a PointObjectives, &'a PointObjectives);
 
 /// Compares all methods that have an estimate, two at a time, in the order of the ranking.
-pub(super) fn pairs(
-    evidence: Evidence<'_>,
-    estimates: &[Summarised],
-    profiles: &RankedProfiles,
-) -> Vec<Pair> {
+pub(super) fn pairs(evidence: Evidence<'_>, estimates: &[Summarised]) -> Vec<Pair> {
     let n = estimates.len();
     let of_first = |first: usize| (first + 1..n).map(move |second| (first, second));
-    let pair = |(first, second): (usize, usize)| {
-        let found = compared(evidence, estimates, first, second)?;
-        let dominance = profiles.dominance(evidence, first, second);
-        Some(Pair { dominance: dominance.map(|d| agreed(d, &found)), ..found })
-    };
+    let pair = |(first, second): (usize, usize)| compared(evidence, estimates, first, second);
     let all: Vec<(usize, usize)> = (0..n).flat_map(of_first).collect();
     all.into_par_iter().filter_map(pair).collect()
-}
-
-/// Leaves open which method dominates where few point MDPs carry it, or where the pair itself is open or says otherwise.
-fn agreed(dominance: Dominance, pair: &Pair) -> Dominance {
-    let verdict = match (dominance.verdict, pair.decided()) {
-        (Verdict::First, Decided::First) | (Verdict::Second, Decided::Second)
-            if pair.points >= FEWEST_TO_DOMINATE =>
-        {
-            dominance.verdict
-        }
-        (Verdict::First | Verdict::Second, _) => Verdict::Open,
-        (verdict, _) => verdict,
-    };
-    Dominance { verdict, ..dominance }
 }
 
 /// Compares two methods where both have results; `None` where nothing can be estimated of them.
@@ -133,7 +104,7 @@ fn compared(
         mean.ok()
     };
     let difference = match both_over(&shared, (a, of_a), (b, of_b)) {
-        Some((of_a, of_b)) if apart(evidence, &shared) => of_a.ahead(of_b, direction),
+        Some((of_a, of_b)) if apart(&shared) => of_a.ahead(of_b, direction),
         // The same mean of differences, without drawing the seeds once more.
         Some((of_a, of_b)) if only_seeds(evidence, &shared, [a.index, b.index]) => {
             let differences: Vec<PointObjectives> = shared.iter().map(ahead).collect();
@@ -153,7 +124,6 @@ fn compared(
             value: improvement.value,
             interval: improvement.interval.map(share),
         },
-        dominance: None,
     })
 }
 
@@ -189,12 +159,11 @@ fn both_over<'a>(
     (same && resampled).then_some((of_a, of_b))
 }
 
-/// Whether the resamples of two estimates say more than those of differences do: both methods were trained several times,
-/// each on its own, or a model assists, whose mean of differences would be another than the difference of the two means
-/// that are shown.
-fn apart(evidence: Evidence<'_>, shared: &[OnPoint<'_>]) -> bool {
+/// Whether the resamples of two estimates say more than those of differences do: both methods were trained several
+/// times, each on its own.
+fn apart(shared: &[OnPoint<'_>]) -> bool {
     let several = |o: &PointObjectives| o.method.len() > 1;
-    evidence.assisting().is_some() || shared.iter().any(|(_, x, y)| several(x) && several(y))
+    shared.iter().any(|(_, x, y)| several(x) && several(y))
 }
 
 /// Whether resamples of these point MDPs differ by evaluation seeds alone, the same for both methods.

@@ -16,9 +16,6 @@ pub struct Standing {
     pub is_enough: bool,
     /// Pairs of methods that were asked about and are not decided.
     pub open: Vec<(String, String)>,
-    /// The method with the widest interval, and its half-width; `None` where that is not asked for, and for a method without
-    /// interval.
-    pub widest: Option<(String, Option<f64>)>,
     /// Methods that say nothing more about what is open: they are surely behind another one.
     pub behind: Vec<Dropped>,
 }
@@ -36,30 +33,12 @@ impl Analysis {
         let sample = &self.manifest.identity.sample;
         let growth = sample.growth.as_ref()?;
         let look = sample.look()? + 1;
-        let (mut open, mut compared) = (Vec::new(), Vec::new());
-        let mut widest = None;
-        let is_enough = match &growth.until {
-            Until::HalfWidth(most) => {
-                let width = |(low, high): (f64, f64)| (high - low) / 2.0;
-                // Of a method that failed somewhere, in one training or all, what it lacks may decide.
-                let partly = self.partly_replicated();
-                let whole = |m: &MethodSummary| {
-                    m.points == self.scorable() && !partly.contains(m.method.as_str())
-                };
-                let of = |m: &MethodSummary| {
-                    (m.method.clone(), m.interval.filter(|_| whole(m)).map(width))
-                };
-                let judged = self.methods.iter().filter(|m| !m.is_reference).map(of);
-                let rank = |w: Option<f64>| w.unwrap_or(f64::INFINITY);
-                widest = judged.max_by(|a, b| rank(a.1).total_cmp(&rank(b.1)));
-                widest.as_ref().is_none_or(|(_, width)| rank(*width) <= *most)
-            }
+        let (open, compared) = match &growth.until {
             Until::Decided(pairs) => {
                 let pairs = pairs.iter().map(|(a, b)| [a.as_str(), b.as_str()]);
                 let stay = pairs.filter(|pair| !pair.iter().any(|m| self.is_dropped(m)));
-                compared = stay.map(|pair| self.compared(pair)).collect();
-                open = named(&mut compared.iter().filter(|pair| pair.ahead.is_none()));
-                open.is_empty()
+                let compared: Vec<_> = stay.map(|pair| self.compared(pair)).collect();
+                (named(&mut compared.iter().filter(|pair| pair.ahead.is_none())), compared)
             }
             Until::FirstPlace(methods) => {
                 let stays = |m: &&str| methods.iter().any(|n| n == m) && !self.is_dropped(m);
@@ -67,18 +46,17 @@ impl Analysis {
                 let stay: Vec<&str> = ranking.filter(stays).collect();
                 let after = |i: usize| stay.iter().skip(i + 1).map(move |b| (i, *b));
                 let pairs = (0..stay.len()).flat_map(after).map(|(i, b)| [stay[i], b]);
-                compared = pairs.map(|pair| self.compared(pair)).collect();
+                let compared: Vec<_> = pairs.map(|pair| self.compared(pair)).collect();
                 let is_open = |pair: &&Compared<&str>| {
                     pair.methods[0] == stay[0] && pair.ahead != Some(stay[0])
                 };
-                open = named(&mut compared.iter().filter(is_open));
-                open.is_empty()
+                (named(&mut compared.iter().filter(is_open)), compared)
             }
         };
         let behind = self.dropping(&behind(&growth.until, &compared), look);
         // Methods that lack results may lack what decides.
-        let is_enough = is_enough && self.missing() == 0;
-        Some(Standing { look, looks: growth.looks.len(), is_enough, open, widest, behind })
+        let is_enough = open.is_empty() && self.missing() == 0;
+        Some(Standing { look, looks: growth.looks.len(), is_enough, open, behind })
     }
 
     /// Returns the number of point MDPs on which there can be scores: where what they are divided by has one itself.

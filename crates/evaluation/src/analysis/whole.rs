@@ -154,11 +154,6 @@ impl Analysis {
         }
     }
 
-    /// Whether a model of what cheap methods achieve everywhere assists: what they achieve is relative to the baseline.
-    pub fn is_assisted(&self) -> bool {
-        self.manifest.identity.sample.assisted && self.reference.is_baseline
-    }
-
     /// Returns the names of the metrics that some task has besides the objective, those of its training among them.
     pub fn metrics(&self) -> Vec<String> {
         self.without_objective(self.tasks.iter().flat_map(|task| task.metrics.keys()))

@@ -4,8 +4,9 @@
 //! amplitude of its own. A curve that is itself a column is left out of the columns while it is explained. So the length
 //! scales say how fast scores change along every column for methods like these, and suit one that is not known yet.
 //!
-//! The logarithms maximise the marginal likelihood times a prior, by L-BFGS with exact gradients. The prior is that of
-//! [`super::gaussian_process`].
+//! The logarithms maximise the marginal likelihood times a prior, by L-BFGS with exact gradients. Deviation: the prior,
+//! normal in the logarithms (length scales around the square root of the number of columns, noise around a third of the
+//! values' deviation), which the textbook leaves out: few curves do not decide ten length scales.
 //!
 //! Source: C. Rasmussen and C. Williams, "Gaussian Processes for Machine Learning", 2006, section 5.4; the amplitude is
 //! maximised in closed form.
@@ -15,8 +16,16 @@ use argmin::solver::linesearch::MoreThuenteLineSearch;
 use argmin::solver::quasinewton::LBFGS;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::gaussian_process::{JITTER, MEMORY, PRIOR_SD, pairs, prior_length, prior_noise};
 use super::standard;
+
+/// Pairs of steps and gradients that the search keeps.
+const MEMORY: usize = 7;
+
+/// Standard deviation of the prior of every logarithm.
+const PRIOR_SD: f64 = 1.0;
+
+/// Added to the diagonal, relative to the variance of the values, so that it can be factorised.
+const JITTER: f64 = 1e-8;
 
 /// Most iterations of the search; more change the length scales little.
 const ITERATIONS: u64 = 25;
@@ -174,6 +183,21 @@ impl Gradient for Objective {
         }
         Ok(gradient)
     }
+}
+
+/// Returns the pairs `j < i` of so many rows.
+fn pairs(n: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..n).flat_map(|i| (0..i).map(move |j| (i, j)))
+}
+
+/// Mean of the prior of the logarithm of the noise's deviation, in deviations of the values.
+fn prior_noise() -> f64 {
+    (1.0f64 / 3.0).ln()
+}
+
+/// Mean of the prior of the logarithm of a length scale.
+fn prior_length(columns: usize) -> f64 {
+    0.5 * (columns.max(1) as f64).ln()
 }
 
 #[cfg(test)]

@@ -4,7 +4,6 @@ use minijinja::value::merge_maps;
 use minijinja::{HtmlEscape, Value, context};
 
 use super::answers::{Answer, answers};
-use super::context::FEWEST_IN_LINE;
 use super::csv::events;
 use super::curves::common_points;
 use super::divisor::baseline_in_full;
@@ -18,7 +17,7 @@ use super::sections::{About, Metric, Part, Slot, Table};
 use super::traces::{FEW_TRAININGS, SMOOTHED_OVER};
 use super::whole::{Report, Runs};
 use super::words::Words;
-use super::{all, format, narrow, summaries, sure, text};
+use super::{all, format, summaries, sure, text};
 use crate::analysis::{
     EpisodeSummary, Estimated, LAST_EPISODES, LearnerSummary, MethodSummary, TaskScore,
 };
@@ -73,10 +72,8 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         tuned_once => text::once(data, false).join(", "),
         learned_once => text::once(data, true).join(", "),
         overall => figure("overall"),
-        narrow => narrow::overall(data),
         any_failed => data.failed().count() > 0,
         learning => figure("learning"),
-        learning_by_point => figure("learning-by-point"),
         training => training(data),
         distribution => figure("distribution"),
         worst => worst(data),
@@ -86,8 +83,6 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         regimes => data.regimes.iter().map(|r| r.heading.to_vec()).collect::<Vec<_>>(),
         shares => data.shares.iter().map(|s| s.heading.to_vec()).collect::<Vec<_>>(),
         events => events(data).map(|(i, _)| data.shares[i].heading.to_vec()).collect::<Vec<_>>(),
-        context => figure("context"),
-        context_fewest => FEWEST_IN_LINE,
         failures => data.failed().take(FAILURE_ROWS).map(|r| failure(data, r)).collect::<Vec<_>>(),
         failed => data.failed().count(),
         without_reference => data.methods.iter().map(|m| m.without_reference).max().unwrap_or(0),
@@ -181,8 +176,6 @@ fn run(data: &Report) -> Value {
         chosen => data.points.len(),
         planned => data.tasks.len(),
         sampling => data.sampling(),
-        assisted => identity.sample.assisted,
-        is_assisted => data.is_assisted(),
         assumptions => data.estimator().assumptions(),
         budget => identity.sample.budget,
         family_size => identity.sample.family_size,

@@ -5,29 +5,17 @@ use super::figures::{OVERALL_LIMIT, color, dash, label, reference_line, sentence
 use super::legend;
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
 use super::whole::Report;
-use crate::analysis::{Estimated, MethodSummary, Profile};
+use crate::analysis::{MethodSummary, Profile};
 use crate::stats::Histogram;
 
-/// Width of the drawing for narrow screens, pixels.
-const NARROW_PX: f64 = 360.0;
-
-/// Height of the area of the curves, wide and narrow, pixels.
-const HEIGHT_PX: (f64, f64) = (330.0, 260.0);
+/// Height of the area of the curves, pixels.
+const HEIGHT_PX: f64 = 330.0;
 
 /// Steps nearer to each other than this are drawn as one, pixels.
 const STEP_PX: f64 = 0.75;
 
 /// Draws the profiles of all methods that are ranked; `None` without two.
 pub(super) fn profiles(data: &Report) -> Option<Figure> {
-    drawing(data, WIDTH, "profiles")
-}
-
-/// Draws the same for narrow screens.
-pub(super) fn narrow(data: &Report) -> Option<String> {
-    drawing(data, NARROW_PX, "profiles-narrow").map(|figure| figure.svg)
-}
-
-fn drawing(data: &Report, width: f64, name: &'static str) -> Option<Figure> {
     let all = &data.comparison.profiles;
     // That of what scores are divided by is the dashed line.
     let shown: Vec<(&MethodSummary, &Profile)> =
@@ -37,51 +25,37 @@ fn drawing(data: &Report, width: f64, name: &'static str) -> Option<Figure> {
     }
     let methods: Vec<&MethodSummary> = shown.iter().map(|(m, _)| *m).collect();
     let ends = ends(data, &shown);
-    let wide = width > NARROW_PX;
-    let height = if wide { HEIGHT_PX.0 } else { HEIGHT_PX.1 };
-    let top = 54.0 + legend::height(data, &methods, width);
-    let area = (52.0, top, width - 20.0, top + height);
-    let mut canvas = Canvas::new(width, area.3 + 58.0);
-    legend::draw(&mut canvas, data, &methods, width, false);
+    let top = 54.0 + legend::height(data, &methods, WIDTH);
+    let area = (52.0, top, WIDTH - 20.0, top + HEIGHT_PX);
+    let mut canvas = Canvas::new(WIDTH, area.3 + 58.0);
+    legend::draw(&mut canvas, data, &methods, WIDTH, false);
     let title = "share of the family, by importance, with a better score";
     canvas.text(10.0, top - 26.0, title, TextStyle::new(Anchor::Start).color(MUTED));
-    let ticks = if wide { 8.0 } else { 4.0 };
     let frame = canvas.axes(&Axes {
         area,
         x: ends,
         y: (0.0, 1.0),
-        x_step: nice_step(ends.1 - ends.0, ticks),
+        x_step: nice_step(ends.1 - ends.0, 8.0),
         y_step: Some(0.2),
         x_last: ends.1,
-        x_label: Some(axis(data, wide)),
+        x_label: Some(format!(
+            "score: {}{} ({}; a higher curve is better)",
+            data.words.noun,
+            data.relative(),
+            data.better()
+        )),
         y_label: None,
     });
     reference_line(&mut canvas, data, &frame, (area.1, area.3), ends.0 < 1.0 && 1.0 < ends.1);
     let drawn: Vec<(&MethodSummary, Vec<Segment>)> =
         shown.iter().map(|(m, p)| (*m, segments(data, p, &frame, ends))).collect();
     for (m, segments) in drawn.iter().rev() {
-        canvas.band(&outline(segments, &frame), color(data, m));
-    }
-    for (m, segments) in drawn.iter().rev() {
         let corners = segments.iter().flat_map(|s| [(s.from, s.share), (s.to, s.share)]);
         let corners = corners.map(|(x, share)| (x, frame.y(share))).collect();
         canvas.polyline(corners, color(data, m), 2.2, dash(data, m));
     }
     let description = sentence(shown.iter().map(|(m, p)| described(data, m, p)));
-    Some(canvas.figure(name, "Performance profiles", &description))
-}
-
-/// Says what the axis has.
-fn axis(data: &Report, wide: bool) -> String {
-    let better = data.better();
-    match wide {
-        true => format!(
-            "score: {}{} ({better}; a higher curve is better)",
-            data.words.noun,
-            data.relative()
-        ),
-        false => format!("score ({better}; a higher curve too)"),
-    }
+    Some(canvas.figure("profiles", "Performance profiles", &description))
 }
 
 /// Returns the ends of the axis of scores: all of them, and where they are relative no further than to a limit.
@@ -98,13 +72,11 @@ fn ends(data: &Report, shown: &[(&MethodSummary, &Profile)]) -> (f64, f64) {
     (((least / step - 0.1).floor() * step).max(0.0), end)
 }
 
-/// A level part of a curve with its band, x in pixels.
+/// A level part of a curve, x in pixels.
 struct Segment {
     from: f64,
     to: f64,
     share: f64,
-    low: f64,
-    high: f64,
 }
 
 /// Returns the level parts of a profile between the ends of the axis.
@@ -121,46 +93,16 @@ fn segments(data: &Report, p: &Profile, frame: &Frame, (start, end): (f64, f64))
         // Where less is better a step is the share up to it, where more is better the share from it on.
         let step = if lower { i.checked_sub(1) } else { Some(i) };
         let share = step.and_then(|i| p.steps.get(i)).map_or(0.0, |s| s.1);
-        // The band is that of the threshold at which a share holds still.
-        // Beyond the best score nothing is reached, nor is there a threshold.
-        let none = i == if lower { 0 } else { p.steps.len() };
-        let at = if lower { to } else { from };
-        let (down, up) = if none { (0.0, 0.0) } else { widths(&p.bands, at) };
-        let (low, high) = ((share - down).max(0.0), (share + up).min(1.0));
-        let segment = Segment { from: frame.x(from), to: frame.x(to), share, low, high };
+        let segment = Segment { from: frame.x(from), to: frame.x(to), share };
         match segments.last_mut() {
             Some(last) if segment.to - last.from < STEP_PX => {
-                (last.to, last.share, last.low, last.high) = (segment.to, share, low, high);
+                (last.to, last.share) = (segment.to, share);
             }
             _ => segments.push(segment),
         }
         from = to;
     }
     segments
-}
-
-/// Returns how far a band reaches below and above the share, between two thresholds in proportion.
-fn widths(bands: &[(f64, Estimated)], at: f64) -> (f64, f64) {
-    let of = |(_, e): &(f64, Estimated)| {
-        e.interval.map_or((0.0, 0.0), |(low, high)| (e.value - low, high - e.value))
-    };
-    let next = bands.partition_point(|(t, _)| *t < at);
-    match (next.checked_sub(1).and_then(|i| bands.get(i)), bands.get(next)) {
-        (Some(a), Some(b)) => {
-            let part = (at - a.0) / (b.0 - a.0);
-            let ((down, up), (down_b, up_b)) = (of(a), of(b));
-            (down + part * (down_b - down), up + part * (up_b - up))
-        }
-        (Some(one), None) | (None, Some(one)) => of(one),
-        (None, None) => (0.0, 0.0),
-    }
-}
-
-/// Returns the corners of the band.
-fn outline(segments: &[Segment], frame: &Frame) -> Vec<(f64, f64)> {
-    let above = segments.iter().flat_map(|s| [(s.from, s.high), (s.to, s.high)]);
-    let below = segments.iter().rev().flat_map(|s| [(s.to, s.low), (s.from, s.low)]);
-    above.chain(below).map(|(x, share)| (x, frame.y(share))).collect()
 }
 
 /// Says where the quarters of a profile are.

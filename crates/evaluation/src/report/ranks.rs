@@ -9,9 +9,6 @@ use super::whole::Report;
 /// Least probability of each shade, from the darkest on; less has the lightest.
 const SHADES: [f64; 5] = [0.95, 0.75, 0.5, 0.25, 0.05];
 
-/// Width of the drawing for narrow screens, pixels.
-const NARROW_PX: f64 = 360.0;
-
 /// Height of a row of cells, pixels.
 const ROW_PX: f64 = 30.0;
 
@@ -24,23 +21,12 @@ const SIDE_PX: f64 = 14.0;
 
 /// Draws the table; `None` where nothing was resampled.
 pub(super) fn ranks(data: &Report) -> Option<Figure> {
-    let left = widest_name(data) + 20.0;
-    drawing(data, WIDTH, left, "ranks")
-}
-
-/// Draws it for narrow screens, the names above their cells.
-pub(super) fn narrow(data: &Report) -> Option<String> {
-    drawing(data, NARROW_PX, SIDE_PX, "ranks-narrow").map(|figure| figure.svg)
-}
-
-fn drawing(data: &Report, width: f64, left: f64, name: &'static str) -> Option<Figure> {
     let ranks = data.comparison.ranks.as_ref()?;
     let places = ranks.len() as f64;
-    let beside = left > SIDE_PX;
-    let cell = ((width - left - SIDE_PX) / places).min(CELL_PX.0);
-    let row = if beside { ROW_PX } else { ROW_PX + 22.0 };
-    let bottom = TOP_PX + row * places;
-    let mut canvas = Canvas::new(width, bottom + 14.0);
+    let left = widest_name(data) + 20.0;
+    let cell = ((WIDTH - left - SIDE_PX) / places).min(CELL_PX.0);
+    let bottom = TOP_PX + ROW_PX * places;
+    let mut canvas = Canvas::new(WIDTH, bottom + 14.0);
     let muted = TextStyle::new(Anchor::Start).color(MUTED);
     canvas.text(left, 18.0, "place by score (1 is the best); probability in per cent", muted);
     for place in 0..ranks.len() {
@@ -48,28 +34,17 @@ fn drawing(data: &Report, width: f64, left: f64, name: &'static str) -> Option<F
         canvas.text(x, TOP_PX - 8.0, &(place + 1).to_string(), TextStyle::new(Anchor::Middle));
     }
     for (i, (m, probabilities)) in data.methods.iter().zip(ranks).enumerate() {
-        let top = TOP_PX + row * i as f64;
-        let cells = top + row - ROW_PX;
-        match beside {
-            true => {
-                canvas.text(left - 10.0, cells + 20.0, &label(data, m), TextStyle::new(Anchor::End))
-            }
-            false => canvas.text(
-                left,
-                cells - 6.0,
-                &label(data, m),
-                TextStyle::new(Anchor::Start).bold(),
-            ),
-        }
+        let top = TOP_PX + ROW_PX * i as f64;
+        canvas.text(left - 10.0, top + 20.0, &label(data, m), TextStyle::new(Anchor::End));
         for (place, p) in probabilities.iter().enumerate() {
             let shade = SHADES.iter().position(|least| p >= least).unwrap_or(SHADES.len());
             let x = left + cell * place as f64;
-            let corners = ((x + 1.0, cells + 1.0), (x + cell - 1.0, cells + ROW_PX - 1.0));
+            let corners = ((x + 1.0, top + 1.0), (x + cell - 1.0, top + ROW_PX - 1.0));
             canvas.rect(corners.0, corners.1, KNOWN[shade], Some("#c8c8c8"));
             if cell >= CELL_PX.1 && *p > 0.0 {
                 let style = TextStyle::new(Anchor::Middle).color(ink_on_known(shade));
                 let style = if cell < 34.0 { style.small() } else { style };
-                canvas.text(x + cell / 2.0, cells + 20.0, &percent(*p), style);
+                canvas.text(x + cell / 2.0, top + 20.0, &percent(*p), style);
             }
         }
     }
@@ -78,7 +53,7 @@ fn drawing(data: &Report, width: f64, left: f64, name: &'static str) -> Option<F
         let likely = likely.map(|(place, p)| format!("place {} {}%", place + 1, percent(*p)));
         format!("{}: {}", label(data, m), likely.collect::<Vec<_>>().join(", "))
     }));
-    Some(canvas.figure(name, "Probability of every place", &description))
+    Some(canvas.figure("ranks", "Probability of every place", &description))
 }
 
 /// Returns a probability in per cent without its sign; more than nothing is never "0", less than all never "100".

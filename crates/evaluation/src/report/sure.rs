@@ -8,10 +8,9 @@ use super::figures::{label, shown};
 use super::page::render;
 use super::plain_table::Cells;
 use super::whole::Report;
-use super::{format, profiles, ranks, text};
-use crate::analysis::{Decided, FEWEST_SEEDS_FOR_PLACES, FEWEST_TO_DOMINATE, Pair};
+use super::{format, text};
+use crate::analysis::{Decided, FEWEST_SEEDS_FOR_PLACES, Pair};
 use crate::stats::bootstrap::RESAMPLES;
-use crate::stats::{Dominance, Verdict};
 
 const TEMPLATE: &str = include_str!("templates/sure.html");
 
@@ -49,9 +48,7 @@ fn values(data: &Report, figures: &[Figure]) -> Value {
         better => data.better(),
         resamples => data.manifest.identity.sample.resamples(RESAMPLES),
         ranks => figure("ranks"),
-        ranks_narrow => ranks::narrow(data),
         profiles => figure("profiles"),
-        profiles_narrow => profiles::narrow(data),
         is_relative => !data.reference.is_none(),
         of => data.reference.in_short(),
         pairs => rows(pairs.iter().filter(neighbours).collect()),
@@ -59,8 +56,6 @@ fn values(data: &Report, figures: &[Figure]) -> Value {
         count => pairs.len(),
         points_differ => pairs.iter().any(|p| p.points != data.points.len()),
         chosen => data.points.len(),
-        dominance => dominance(data),
-        exceptions => exceptions(data),
         left_out => data.unranked().map(|m| m.method.clone()).collect::<Vec<_>>().join(", "),
     }
 }
@@ -69,12 +64,6 @@ fn row(data: &Report, p: &Pair) -> Value {
     let name = |m: usize| label(data, &data.methods[m]);
     let plain = |m: usize| shown(data, &data.methods[m].method);
     let share = |value: f64| format::percent(value);
-    let dominance = p.dominance.map(|d| match d.verdict {
-        Verdict::First => but(plain(p.first), d.ahead.1),
-        Verdict::Second => but(plain(p.second), d.ahead.0),
-        Verdict::Neither => "none".to_owned(),
-        Verdict::Open => "open".to_owned(),
-    });
     let (ahead, interval) = format::lead(p.ahead.value, p.ahead.interval);
     context! {
         first => name(p.first),
@@ -94,7 +83,6 @@ fn row(data: &Report, p: &Pair) -> Value {
             Decided::Unknown => "\u{2013}".to_owned(),
         },
         is_decided => matches!(p.decided(), Decided::First | Decided::Second),
-        dominance,
     }
 }
 
@@ -239,84 +227,4 @@ fn covers(data: &Report) -> String {
         ));
     }
     text
-}
-
-/// Says who dominates whom.
-fn dominance(data: &Report) -> Vec<String> {
-    let pairs = || data.comparison.pairs.iter().filter_map(|p| Some((p, p.dominance?)));
-    let name = |m: usize| data.methods[m].method.as_str();
-    let mut sentences = Vec::new();
-    for (i, m) in data.methods.iter().enumerate() {
-        let dominated: Vec<String> = pairs()
-            .filter_map(|(p, d)| match d.verdict {
-                Verdict::First if p.first == i => Some(but(name(p.second).to_owned(), d.ahead.1)),
-                Verdict::Second if p.second == i => Some(but(name(p.first).to_owned(), d.ahead.0)),
-                _ => None,
-            })
-            .collect();
-        if !dominated.is_empty() {
-            sentences.push(format!("{} dominates {}.", m.method, dominated.join(", ")));
-        }
-    }
-    let neither: Vec<String> = pairs()
-        .filter(|(_, d)| d.verdict == Verdict::Neither)
-        .map(|(p, d)| {
-            let most = [d.ahead.0, d.ahead.1].map(format::percent);
-            format!(
-                "{} and {} (ahead by up to {} and {} of the family)",
-                name(p.first),
-                name(p.second),
-                most[0],
-                most[1]
-            )
-        })
-        .collect();
-    if !neither.is_empty() {
-        sentences.push(format!(
-            "These do not dominate each other, because each is ahead somewhere: {}.",
-            shortened(&neither)
-        ));
-    }
-    let is_open =
-        |(p, d): &(&Pair, Dominance)| d.verdict == Verdict::Open && p.points >= FEWEST_TO_DOMINATE;
-    if pairs().any(|(p, _)| p.points < FEWEST_TO_DOMINATE) {
-        sentences.push(format!(
-            "With fewer than {FEWEST_TO_DOMINATE} point MDPs the report names no method that dominates."
-        ));
-    }
-    let open: Vec<String> = pairs()
-        .filter(is_open)
-        .map(|(p, _)| format!("{} and {}", name(p.first), name(p.second)))
-        .collect();
-    if !open.is_empty() {
-        sentences.push(format!("Too close to decide: {}.", shortened(&open)));
-    }
-    sentences
-}
-
-/// Whether a method is said to dominate whose profile is behind somewhere.
-fn exceptions(data: &Report) -> bool {
-    data.comparison.pairs.iter().filter_map(|p| p.dominance).any(|d| match d.verdict {
-        Verdict::First => d.ahead.1 > ROUNDING,
-        Verdict::Second => d.ahead.0 > ROUNDING,
-        Verdict::Neither | Verdict::Open => false,
-    })
-}
-
-/// Returns a name, with the share of the family by which its profile, or that of the one it dominates, is not as said.
-fn but(name: String, behind: f64) -> String {
-    match behind > ROUNDING {
-        true => format!("{name} (but for {})", format::percent(behind)),
-        false => name,
-    }
-}
-
-/// Returns the first of several, and how many others there are.
-fn shortened(all: &[String]) -> String {
-    match all.len() > MOST_PAIRS {
-        true => {
-            format!("{}; and {} other pairs", all[..MOST_PAIRS].join("; "), all.len() - MOST_PAIRS)
-        }
-        false => all.join("; "),
-    }
 }

@@ -12,7 +12,6 @@ use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 use kuva::render::theme::Theme;
 
 use super::figure::Figure;
-use super::paper;
 
 /// Fonts, all of them local; the first that exists is used.
 const FONT: &str = "Helvetica Neue, Helvetica, Arial, Liberation Sans, DejaVu Sans, sans-serif";
@@ -346,8 +345,7 @@ impl Canvas {
     ///
     /// * `name` — of its files, and its id, which must be unique in the page.
     pub fn figure(self, name: &'static str, title: &str, description: &str) -> Figure {
-        let (pdf, pgf) = (paper::pdf(&self.scene, title), paper::pgf(&self.scene, title));
-        Figure { name, pdf, pgf, svg: self.finish(name, title, description) }
+        Figure { name, svg: self.finish(name, title, description) }
     }
 
     /// Returns the SVG, with a title and a description for those who cannot see it.

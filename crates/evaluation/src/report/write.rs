@@ -6,10 +6,7 @@ use super::error::ReportError;
 use super::models::write_models;
 use super::plain_table::Cells;
 use super::whole::Report;
-use super::{
-    by_point, compared, context, csv, curves, figures, html, latex, profiles, ranks, summaries,
-    sure, text,
-};
+use super::{compared, csv, curves, figures, html, latex, profiles, ranks, summaries, sure, text};
 use crate::store::Layout;
 use basics::files::{make_folder_beneath, write_atomically};
 
@@ -28,7 +25,7 @@ pub struct ReportPaths {
     pub further: Vec<PathBuf>,
     /// What people should know of that, such as why a file is missing.
     pub notes: Vec<String>,
-    /// `DIR/report/*.svg`; beside each are a `.pdf` and a `.pgf`.
+    /// `DIR/report/*.svg`.
     pub figures: Vec<PathBuf>,
 }
 
@@ -65,8 +62,6 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
         profiles::profiles(data),
         figures::distribution(data),
         curves::learning(data),
-        by_point::learning(data),
-        context::by_feature(data),
     ];
     let mut figures: Vec<_> = general.into_iter().flatten().collect();
     figures.extend(data.sections.figures(data));

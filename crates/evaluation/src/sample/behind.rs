@@ -25,7 +25,6 @@ pub fn behind<T: Copy + PartialEq>(until: &Until, compared: &[Compared<T>]) -> V
         }
     }
     let needed = |pairs: &[&Compared<T>]| match until {
-        Until::HalfWidth(_) => true,
         Until::Decided(_) => pairs.iter().any(|pair| pair.ahead.is_none()),
         Until::FirstPlace(_) => false,
     };
@@ -53,6 +52,5 @@ mod tests {
         ];
         assert_eq!(behind(&Until::FirstPlace(vec![]), &all), [('c', 'a'), ('d', 'c')]);
         assert_eq!(behind(&Until::Decided(vec![]), &all), [('d', 'c')]);
-        assert_eq!(behind(&Until::HalfWidth(0.1), &all), []);
     }
 }

@@ -2,9 +2,11 @@
 
 use serde_json::Value;
 
-use super::plan_file::{PlanError, PlanFile};
 use super::{Design, SampleError, SamplePlan, Sampling, choose_over};
 use crate::family::MdpFamily;
+
+/// How far the importance of a point MDP may be from the family's.
+const TOLERANCE: f64 = 1e-6;
 
 /// Which point MDPs a run evaluates.
 #[derive(Debug, Clone)]
@@ -24,7 +26,14 @@ pub enum Choice {
         assisting: Option<Value>,
     },
     /// A sample that was chosen before.
-    Plan(PlanFile),
+    Sample {
+        /// The choice.
+        sample: SamplePlan,
+        /// What it was spread over, of those that need it later.
+        design: Option<Design>,
+        /// As in [`Self::Budget`].
+        assisting: Option<Value>,
+    },
 }
 
 /// Why nothing can be chosen.
@@ -33,9 +42,16 @@ pub enum ChoiceError {
     /// An impossible budget.
     #[error(transparent)]
     Sample(#[from] SampleError),
-    /// A plan of another family, or one that was altered.
-    #[error("the plan: {0}")]
-    Plan(#[from] PlanError),
+    /// A sample of another family.
+    #[error(
+        "the sample is of another family than {scenario}: {what}; give the scenario and settings it was chosen for"
+    )]
+    OtherFamily {
+        /// Name of the scenario.
+        scenario: String,
+        /// What differs.
+        what: String,
+    },
 }
 
 impl Choice {
@@ -52,9 +68,9 @@ impl Choice {
         let (budget, sampling, design) = match self {
             Self::All => (family.points.len(), Sampling::All, &None),
             Self::Budget { budget, sampling, design, .. } => (*budget, *sampling, design),
-            Self::Plan(plan) => {
-                plan.check(family)?;
-                return Ok((plan.sample.clone(), plan.design.clone()));
+            Self::Sample { sample, design, .. } => {
+                check(sample, design.as_ref(), family)?;
+                return Ok((sample.clone(), design.clone()));
             }
         };
         let design = design.clone().unwrap_or_else(|| Design::of(family).for_sampling(sampling));
@@ -67,8 +83,34 @@ impl Choice {
     pub fn assisting(&self) -> Option<&Value> {
         match self {
             Self::All => None,
-            Self::Budget { assisting, .. } => assisting.as_ref(),
-            Self::Plan(plan) => plan.assisting.as_ref(),
+            Self::Budget { assisting, .. } | Self::Sample { assisting, .. } => assisting.as_ref(),
         }
     }
+}
+
+/// Checks that a sample, and what it was spread over, are of a family.
+fn check(
+    sample: &SamplePlan,
+    design: Option<&Design>,
+    family: &MdpFamily,
+) -> Result<(), ChoiceError> {
+    let other =
+        |what: String| Err(ChoiceError::OtherFamily { scenario: family.name.clone(), what });
+    let (own, size) = (sample.family_size, family.points.len());
+    if own != size || design.is_some_and(|design| design.points.len() != size) {
+        return other(format!("its family has {own} point MDPs, this one {size}"));
+    }
+    if let Some(draw) = sample.draws.iter().find(|draw| family.position(&draw.point).is_none()) {
+        return other(format!("this one has no point MDP {}", draw.point));
+    }
+    let rows = design.iter().flat_map(|design| &design.points).zip(&family.points);
+    for (own, point) in rows {
+        if own.point != point.id || (own.importance - point.importance).abs() > TOLERANCE {
+            return other(format!(
+                "{} with importance {:.6} there, {} with {:.6} here",
+                own.point, own.importance, point.id, point.importance
+            ));
+        }
+    }
+    Ok(())
 }

@@ -138,7 +138,7 @@ mod tests {
     }
 
     fn growing(plan: SamplePlan, looks: Vec<Look>) -> SamplePlan {
-        SamplePlan { growth: Some(Growth { until: Until::HalfWidth(0.1), looks }), ..plan }
+        SamplePlan { growth: Some(Growth { until: Until::FirstPlace(Vec::new()), looks }), ..plan }
     }
 
     #[test]

@@ -10,7 +10,6 @@ mod fit;
 pub mod kmeans;
 pub mod looks;
 mod plan;
-pub mod plan_file;
 mod process;
 pub mod quadrature;
 mod random;
@@ -109,18 +108,8 @@ pub fn choose_over(
     };
     let draws = chosen.into_iter().map(draw).collect();
     let sha256 = if sampling.has_design() { design.sha256() } else { String::new() };
-    let assisted = sampling == Sampling::Balanced && !design.inputs.is_empty();
     let family_size = size;
-    Ok(SamplePlan {
-        sampling,
-        budget,
-        family_size,
-        seed,
-        draws,
-        design: sha256,
-        assisted,
-        growth: None,
-    })
+    Ok(SamplePlan { sampling, budget, family_size, seed, draws, design: sha256, growth: None })
 }
 
 /// Returns per point MDP of the family the position of the chosen one that stands for it: its own, with k-means that

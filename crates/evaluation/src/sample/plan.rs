@@ -7,9 +7,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::stats::quantile::ALPHA;
 
-/// Largest family that Bayesian quadrature is the default for; what it takes grows with the square of the size.
-const LARGEST: usize = 2000;
-
 /// Most times as many resamples as usual.
 const MOST: f64 = 10.0;
 
@@ -35,15 +32,6 @@ pub enum Sampling {
 impl Sampling {
     /// What is used where nothing else is asked for.
     pub const DEFAULT: Self = Self::Balanced;
-
-    /// What is used where the scores of cheap methods are known on all point MDPs, and nothing else is asked for.
-    ///
-    /// # Arguments
-    ///
-    /// * `size` — number of point MDPs of the family.
-    pub fn assisted(size: usize) -> Self {
-        if size <= LARGEST { Self::BayesianQuadrature } else { Self::Balanced }
-    }
 
     /// Returns its name on the command line and in files.
     pub fn name(self) -> &'static str {
@@ -97,18 +85,10 @@ pub struct SamplePlan {
     /// sha256 of the `Design` that the sample was spread over; empty where none was.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub design: String,
-    /// Whether that has scores of cheap methods, which a model of the scores then uses (M4).
-    #[serde(default, skip_serializing_if = "is_false")]
-    pub assisted: bool,
     /// How it grows, if it does; [`Self::budget`] and [`Self::draws`] are then those of the largest sample, or of the
     /// look that is evaluated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub growth: Option<Growth>,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
-fn is_false(value: &bool) -> bool {
-    !value
 }
 
 /// Why a sample cannot be drawn.
@@ -133,8 +113,6 @@ pub enum SampleError {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Until {
-    /// The intervals of the overall performance of all methods are at most this wide to either side
-    HalfWidth(f64),
     /// The intervals of the differences between these pairs of methods do not contain 0
     Decided(Vec<(String, String)>),
     /// One of these methods is ahead of every other: the intervals of the differences do not contain 0
@@ -164,9 +142,6 @@ pub struct Growth {
 impl fmt::Display for Until {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::HalfWidth(width) => {
-                write!(f, "every method's overall performance is known to ± {width}")
-            }
             Self::Decided(pairs) if pairs.len() == 1 => {
                 write!(f, "it is decided which of {} and {} is better", pairs[0].0, pairs[0].1)
             }

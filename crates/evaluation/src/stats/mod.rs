@@ -1,10 +1,8 @@
 //! Estimates from scores and how sure they are: pure functions that know of no files.
 
-pub mod beyond;
 pub mod bootstrap;
 pub mod combinations;
 pub mod direction;
-pub mod dominance;
 mod draws;
 mod few_seeds;
 pub mod histogram;
@@ -23,7 +21,6 @@ pub mod weighted_quantile;
 
 pub use bootstrap::{Bootstrap, bootstrap, bootstrap_all, means};
 pub use direction::Direction;
-pub use dominance::{Dominance, Verdict};
 pub use few_seeds::{degrees, mean_interval, stretch};
 pub use histogram::Histogram;
 pub use limit::{Limit, Side};

@@ -13,8 +13,6 @@ pub enum Kind {
     M3,
     /// Balanced over the features.
     Balanced,
-    /// M4: balanced over features and the scores of cheap methods, with a model.
-    M4,
     /// Bayesian quadrature over the features.
     BqFeatures,
     /// Bayesian quadrature over features and the scores of cheap methods.
@@ -23,8 +21,8 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 7] =
-        [Self::M1, Self::M2, Self::M3, Self::Balanced, Self::M4, Self::BqFeatures, Self::Bq];
+    pub const ALL: [Self; 6] =
+        [Self::M1, Self::M2, Self::M3, Self::Balanced, Self::BqFeatures, Self::Bq];
 
     /// Returns its name on the command line and in files.
     pub fn name(self) -> &'static str {
@@ -33,7 +31,6 @@ impl Kind {
             Self::M2 => "m2",
             Self::M3 => "m3",
             Self::Balanced => "balanced",
-            Self::M4 => "m4",
             Self::BqFeatures => "bq-features",
             Self::Bq => "bq",
         }
@@ -46,7 +43,6 @@ impl Kind {
             Self::M2 => "M2, without replacement",
             Self::M3 => "M3, k-means",
             Self::Balanced => "balanced",
-            Self::M4 => "M4, model-assisted",
             Self::BqFeatures => "Bayesian quadrature, features",
             Self::Bq => "Bayesian quadrature",
         }
@@ -58,19 +54,14 @@ impl Kind {
             Self::M1 => Sampling::WithReplacement,
             Self::M2 => Sampling::WithoutReplacement,
             Self::M3 => Sampling::KMeans,
-            Self::Balanced | Self::M4 => Sampling::Balanced,
+            Self::Balanced => Sampling::Balanced,
             Self::BqFeatures | Self::Bq => Sampling::BayesianQuadrature,
         }
     }
 
-    /// Whether its samples can grow.
-    pub fn grows(self) -> bool {
-        self.sampling().has_design()
-    }
-
     /// Whether it uses the scores of cheap methods on all point MDPs.
     pub fn is_assisted(self) -> bool {
-        matches!(self, Self::M4 | Self::Bq)
+        self == Self::Bq
     }
 }
 

@@ -12,11 +12,9 @@ mod cell;
 mod engine;
 mod kind;
 mod recorded;
-mod stopping;
 
 pub use cases::{Case, CaseStudy, study_cases};
 pub use cell::Cell;
 pub use engine::{StudyPlan, study};
 pub use kind::Kind;
 pub use recorded::{Recorded, RecordedMethod, StudyError};
-pub use stopping::{Stopped, grow};

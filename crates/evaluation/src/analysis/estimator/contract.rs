@@ -3,9 +3,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::{
-    assisted, balanced, bayesian_quadrature, representatives, whole_family, without_replacement,
-};
+use super::{balanced, bayesian_quadrature, representatives, whole_family, without_replacement};
 use crate::sample::Design;
 use crate::stats::quantile::{central, central_about, containing};
 use crate::stats::summary::{MeanOfScores, Statistics};
@@ -82,8 +80,6 @@ pub enum Estimator {
     Representatives,
     /// That of samples by Bayesian quadrature.
     BayesianQuadrature,
-    /// M4, of balanced samples with the scores of cheap methods.
-    Assisted,
     /// That of balanced samples.
     Balanced,
     /// That of a whole family.
@@ -91,14 +87,13 @@ pub enum Estimator {
 }
 
 impl Estimator {
-    /// Returns its name in tables: M1 to M4, or that of the sampling.
+    /// Returns its name in tables: M1 to M3, or that of the sampling.
     pub fn name(self) -> &'static str {
         match self {
             Self::WithReplacement => "M1",
             Self::WithoutReplacement => "M2",
             Self::Representatives => "M3",
             Self::BayesianQuadrature => "BQ",
-            Self::Assisted => "M4",
             Self::Balanced => "balanced",
             Self::Whole => "all",
         }
@@ -120,10 +115,6 @@ impl Estimator {
                 "Scores change over features and the scores of cheap methods about as fast as those of cheap methods \
                  do. Point MDPs are chosen, not drawn, so that a few extreme scores that nothing foretells are not \
                  covered."
-            }
-            Self::Assisted => {
-                "What a model of the scores is wrong by is alike where point MDPs are alike. A few extreme scores that \
-                 a small sample may miss are not covered."
             }
             Self::Balanced => {
                 "Point MDPs that are alike have scores that are alike. A few extreme scores that a small sample may \
@@ -177,7 +168,7 @@ impl Estimator {
     ///   objective of the method, shape `[replicates, seeds]`, and what it is divided by, shape `[seeds]`.
     ///   Weights need not sum to 1, so that an estimate without what is missing is over what is there.
     /// * `statistics` — shape `[k]`; functions of the means per point MDP. [`crate::stats::PointMeans::point`] is the
-    ///   position in `scores`, or `usize::MAX` for a point MDP whose score is predicted.
+    ///   position in `scores`.
     /// * `rng` — equally seeded generators draw equal points and seeds for every method, which
     ///   [`Estimate::difference`] relies on.
     ///
@@ -202,7 +193,6 @@ impl Estimator {
             Self::BayesianQuadrature => {
                 return bayesian_quadrature::estimate_all(sample, scores, statistics, rng);
             }
-            Self::Assisted => return assisted::estimate_all(sample, scores, statistics, rng),
         };
         estimates(sample, scores, &resampling, statistics, rng)
     }

@@ -7,7 +7,6 @@
 //! | k-means (M3) | [`Estimator::Representatives`] | importance of the cluster | between neighbouring clusters |
 //! | balanced | [`Estimator::Balanced`] | importance by probability | between neighbours in the sample |
 //! | Bayesian quadrature | [`Estimator::BayesianQuadrature`] | least expected error under a Gaussian process | what the process leaves unknown |
-//! | balanced, cheap scores known (M4) | [`Estimator::Assisted`] | the same, over a model | the same, over its errors |
 //! | all | [`Estimator::Whole`] | importance | seeds and trainings only |
 //!
 //! A method that learned once on each point MDP has scores that another training would have changed. How much is not
@@ -19,10 +18,8 @@
 //!
 //! Source of M1 to M3: Jayawardana et al. (NeurIPS 2022), appendix, "Evaluate DRL methods on a family of MDPs".
 
-mod assisted;
 mod balanced;
 mod bayesian_quadrature;
-mod calibration;
 mod contract;
 mod neighbours;
 mod representatives;
@@ -40,7 +37,6 @@ pub fn estimator_of(plan: &SamplePlan) -> Estimator {
         Sampling::WithoutReplacement => Estimator::WithoutReplacement,
         Sampling::KMeans => Estimator::Representatives,
         Sampling::BayesianQuadrature => Estimator::BayesianQuadrature,
-        Sampling::Balanced if plan.assisted => Estimator::Assisted,
         Sampling::Balanced => Estimator::Balanced,
         Sampling::All => Estimator::Whole,
     }

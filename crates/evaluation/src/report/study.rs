@@ -1,14 +1,29 @@
-//! The study as a table for terminals, and what must be known beside it.
+//! What came of a study of estimators: a table for terminals, what must be known beside it, and `errors.csv`.
 
 use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
-use super::StudyReport;
-use crate::report::format;
-use crate::report::plain_table::plain_table;
-use crate::study::{Cell, Kind};
+use basics::files::{make_folder, write_atomically};
+
+use super::csv::{number, table};
+use super::error::ReportError;
+use super::format;
+use super::plain_table::plain_table;
+use crate::study::{Cell, Kind, Recorded, StudyPlan};
 
 /// Coverage of a 95% interval that is called right.
-pub(super) const RIGHT: std::ops::RangeInclusive<f64> = 0.92..=0.98;
+const RIGHT: std::ops::RangeInclusive<f64> = 0.92..=0.98;
+
+/// A study with what it was made of.
+#[derive(Debug, Clone, Copy)]
+pub struct StudyReport<'a> {
+    /// The family with its scores.
+    pub recorded: &'a Recorded,
+    /// What was studied.
+    pub plan: &'a StudyPlan,
+    /// What came of it.
+    pub cells: &'a [Cell],
+}
 
 impl StudyReport<'_> {
     /// Returns root-mean-square errors with the coverage of intervals, a row per method and estimator.
@@ -99,23 +114,23 @@ impl StudyReport<'_> {
         (!said.is_empty()).then(|| format!("{what}: {}.", said.join("; ")))
     }
 
-    /// Says what M4 and Bayesian quadrature know.
-    pub(super) fn inputs(&self) -> String {
+    /// Says what Bayesian quadrature knows.
+    fn inputs(&self) -> String {
         let names: Vec<&str> = self.recorded.inputs.iter().map(|(i, _)| &i.method[..]).collect();
         if names.is_empty() {
-            return "M4 and Bayesian quadrature know only the features: no method that does not learn has results on all \
+            return "Bayesian quadrature knows only the features: no method that does not learn has results on all \
             point MDPs; see --assist."
                 .to_owned();
         }
         format!(
-            "M4 and Bayesian quadrature know the scores of {} on all point MDPs, but never those of the method that is \
+            "Bayesian quadrature knows the scores of {} on all point MDPs, but never those of the method that is \
              estimated.",
             names.join(", ")
         )
     }
 
     /// Returns the cells of an estimator and a method, by budget.
-    pub(super) fn cells_of(&self, kind: Kind, method: &str) -> Vec<&Cell> {
+    fn cells_of(&self, kind: Kind, method: &str) -> Vec<&Cell> {
         self.cells.iter().filter(|c| c.kind == kind && c.method == method).collect()
     }
 }
@@ -123,4 +138,35 @@ impl StudyReport<'_> {
 fn cell(cell: &Cell) -> String {
     let coverage = cell.coverage.map_or_else(String::new, |c| format!(" ({c:.2})"));
     format!("{:.4}{coverage}", cell.error)
+}
+
+/// Writes `errors.csv` into a folder, a row per estimator, budget and method; returns the file.
+///
+/// # Errors
+///
+/// [`ReportError`] when it cannot be written.
+pub fn write(folder: &Path, report: &StudyReport<'_>) -> Result<PathBuf, ReportError> {
+    make_folder(folder)?;
+    let header = [
+        "method", "estimator", "budget", "repeats", "truth", "mean", "deviation", "rmse",
+        "coverage", "half_width", "cpu_hours",
+    ];
+    let rows = report.cells.iter().map(|cell| {
+        vec![
+            cell.method.clone(),
+            cell.kind.name().to_owned(),
+            cell.budget.to_string(),
+            cell.repeats.to_string(),
+            cell.truth.to_string(),
+            cell.mean.to_string(),
+            cell.deviation.to_string(),
+            cell.error.to_string(),
+            number(cell.coverage),
+            number(cell.half_width),
+            number(cell.cpu_hours),
+        ]
+    });
+    let path = folder.join("errors.csv");
+    write_atomically(&path, table(&header, rows).as_bytes())?;
+    Ok(path)
 }
