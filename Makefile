@@ -7,9 +7,10 @@ CARGO ?= cargo
 demo: setup
 	scripts/demo.sh
 
-# Many tests wait for programs that they start, so there are twice as many at a time as processors.
+# With the profile, folder and features of `make demo`, so that nothing is compiled twice. Many tests wait for programs
+# that they start, so there are twice as many at a time as processors.
 test: setup
-	RUST_TEST_THREADS=$${RUST_TEST_THREADS:-$$((2 * $$(nproc)))} $(CARGO) test --workspace --profile quick
+	RUST_TEST_THREADS=$${RUST_TEST_THREADS:-$$((2 * $$(nproc)))} $(CARGO) test --profile quick
 
 check: setup
 	scripts/check.sh
