@@ -18,7 +18,7 @@ use tsc_family::traffic::control::registry::METHODS;
 use tsc_family::traffic::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
 };
-use tsc_family::traffic::control::{coordinated, existing, nema_coordinated};
+use tsc_family::traffic::control::{coordinated, existing};
 use tsc_family::traffic::controllers::create;
 use tsc_family::traffic::env::{SignalEnv, run_episode};
 use tsc_family::traffic::environment::{environment, generated_world};
@@ -214,7 +214,7 @@ struct Within;
 
 impl Controller for Within {
     fn name(&self) -> &'static str {
-        nema_coordinated::METHOD.name
+        coordinated::METHOD.name
     }
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         let set = &covering(&signals[0])[0];
@@ -279,13 +279,12 @@ fn checked_seconds(preset: &str) -> usize {
             let mut controllers: Vec<Box<dyn Controller>> =
                 vec![Box::new(Restless(0)), Box::new(Stubborn), Box::new(Within)];
             // An existing plan has its own times, and these networks have none; nor have they signals to coordinate.
-            let others =
-                [existing::METHOD.name, coordinated::METHOD.name, nema_coordinated::METHOD.name];
+            let others = [existing::METHOD.name, coordinated::METHOD.name];
             for method in METHODS.iter().filter(|m| !others.contains(&m.name)) {
                 controllers.push(create(method.name, &scenario, false, 1).unwrap());
             }
             for mut controller in controllers {
-                let within = controller.name() == nema_coordinated::METHOD.name;
+                let within = controller.name() == coordinated::METHOD.name;
                 watch.by_link = within || controller.name() == nema::METHOD.name;
                 // Coordinated phases last until the cycle lets them end.
                 watch.limits.max_green = if within { usize::MAX } else { limits.max_green };

@@ -86,7 +86,7 @@ class Learner(Controller):
     """
 
     method: str = "idqn"
-    """The learner: ``idqn``, ``ippo``, ``mplight``, ``mplight-star`` or ``mplight-star-resco``."""
+    """The learner: ``idqn``, ``ippo``, ``mplight`` or ``mplight-star``."""
 
     if TYPE_CHECKING:
 

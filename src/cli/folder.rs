@@ -56,9 +56,9 @@ pub(super) const CITY: Kind = Kind {
 pub(super) const DRAWINGS: Kind =
     Kind { what: "folder of drawings", own: |name| name.ends_with(".svg"), all: true };
 
-/// What `events` writes.
-pub(super) const EVENTS: Kind =
-    Kind { what: "folder that events wrote", own: |name| name == "events.csv", all: false };
+/// What `routes` writes of an episode.
+pub(super) const EPISODE: Kind =
+    Kind { what: "folder that routes wrote", own: |name| name == "episode.sumocfg", all: false };
 
 /// What `report` writes.
 pub(super) const REPORT: Kind = Kind {

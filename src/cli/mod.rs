@@ -10,7 +10,6 @@ mod doctor;
 mod dry_run;
 mod estimate;
 mod evaluate;
-mod events;
 mod executors;
 pub mod exit;
 mod export;
@@ -101,8 +100,6 @@ pub enum Command {
     Transfer(transfer::TransferArgs),
     /// Write the vehicles of a recorded episode for plain `sumo`
     Routes(routes::RoutesArgs),
-    /// Write a recorded episode as events of a high-resolution data logger
-    Events(events::EventsArgs),
     /// Show the lanes, movements and phases derived from a scenario's signals, with warnings
     Signals(signals::SignalsArgs),
     /// Write the tables, figures and HTML page of a results directory
@@ -212,7 +209,6 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Transfer(args) => transfer::run(&args),
         Command::Routes(args) => routes::run(&args),
-        Command::Events(args) => events::run(&args),
         Command::Signals(args) => signals::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Export(args) => export::run(&args),

@@ -40,12 +40,6 @@ pub struct ScenarioArg {
 }
 
 impl ScenarioArg {
-    /// Returns a scenario that a subcommand takes in its own words.
-    pub(super) fn new(scenario: &str, set: Vec<Override>, preset: Option<Preset>) -> Self {
-        let preset = preset.map(|preset| preset.name().to_owned());
-        Self { scenario: scenario.to_owned(), set, preset }
-    }
-
     /// Returns what replaces settings: the preset first, so that a setting counts more.
     pub(super) fn settings(&self) -> Vec<Override> {
         self.preset

@@ -17,7 +17,7 @@ use crate::run::method::Method;
 use crate::run::plan::Draft;
 use crate::settings::overrides::Override;
 use crate::traffic::city::folder::default_folder;
-use crate::traffic::control::{coordinated, existing, nema_coordinated, program};
+use crate::traffic::control::{coordinated, existing, program};
 use crate::traffic::family::doubts::Doubt;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::method_arguments::plan_file;
@@ -108,7 +108,7 @@ impl Subject {
             return self.today() == Some(method.name);
         }
         let mut signals = problem.family().points.iter().map(|point| problem.agents(&point.id));
-        !is(&[coordinated::METHOD, nema_coordinated::METHOD]) || signals.all(|signals| signals > 1)
+        !is(&[coordinated::METHOD]) || signals.all(|signals| signals > 1)
     }
 
     /// The domain.

@@ -78,7 +78,7 @@ fn file_of(layout: &Layout, file: &str) -> String {
 
 /// The methods of the registry with the longest names, on a point MDP each.
 fn long_names() -> Manifest {
-    let mut manifest = manifest(&["baseline", "mplight-star-resco", "max-pressure-resco"]);
+    let mut manifest = manifest(&["baseline", "nema-with-long-name", "max-pressure-resco"]);
     for (point, draw) in
         manifest.identity.points.iter_mut().zip(&mut manifest.identity.sample.draws)
     {
@@ -123,7 +123,7 @@ fn no_line_of_the_table_is_longer_than_100_characters() {
     let dir = tempfile::tempdir().unwrap();
     let layout = write_results(dir.path(), &long_names(), |task| {
         Some(match task.method.as_str() {
-            "mplight-star-resco" => delays(task, 1234.5, 12.3),
+            "nema-with-long-name" => delays(task, 1234.5, 12.3),
             "max-pressure-resco" => delays(task, 2.0, 1234.5),
             _ => delays(task, 20.0, 30.0),
         })

@@ -15,7 +15,6 @@ fn the_help_of_every_command_stays_as_it_is() {
         ("help_run", "run --help"),
         ("help_evaluate", "evaluate --help"),
         ("help_routes", "routes --help"),
-        ("help_events", "events --help"),
         ("help_signals", "signals --help"),
         ("help_report", "report --help"),
         ("help_check", "check --help"),

@@ -34,7 +34,7 @@ fn what_has_no_effect_is_refused_with_the_reason() {
         assert_eq!(stderr(&run(folder.path(), args)), "", "{args}");
     }
     let plan = succeed(folder.path(), "run smoke -n --methods all --json");
-    for left_out in ["coordinated", "nema-coordinated", "program", "existing"] {
+    for left_out in ["coordinated", "program", "existing"] {
         assert!(plan.contains("\"nema\"") && !plan.contains(&format!("\"{left_out}\"")), "{plan}");
     }
     succeed(folder.path(), &format!("run --dry-run {busy} --preset field --quiet"));

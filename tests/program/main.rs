@@ -18,8 +18,6 @@ mod cartpole_run;
 #[cfg(feature = "libsumo")]
 mod check;
 mod cli_evaluate;
-#[cfg(feature = "libsumo")]
-mod cli_events;
 mod cli_help;
 #[cfg(feature = "libsumo")]
 mod cli_learn;
@@ -27,6 +25,8 @@ mod cli_list;
 mod cli_osm;
 #[cfg(feature = "libsumo")]
 mod cli_refused;
+#[cfg(feature = "libsumo")]
+mod cli_routes;
 #[cfg(feature = "libsumo")]
 mod cli_run;
 #[cfg(feature = "libsumo")]

@@ -228,14 +228,17 @@ fn a_report_without_the_networks_says_which_files_are_missing() {
     assert!(!config.exists() && folder.join("out/report/plans/quiet.actuated.add.xml").exists());
 }
 
-/// Every method's first evaluation episode, as `events` writes it for plain `sumo`, has the recorded delay.
+/// Every method's first evaluation episode, as `routes` writes it for plain `sumo`, has the recorded delay.
 fn episodes_are_repeated(folder: &Path) -> usize {
     let mut repeated = 0;
     for (summary, rows) in records(folder) {
         let text = |name: &str| summary[name].as_str().unwrap().to_owned();
         let (method, point) = (text("method"), text("point"));
         let _ = fs::remove_dir_all(folder.join("played"));
-        succeed(folder, &format!("events out --point {point} --method {method} --out played"));
+        succeed(
+            folder,
+            &format!("routes --run out --point {point} --method {method} --out played"),
+        );
         let delay_s = delay_s(folder, "-c played/episode.sumocfg");
         assert_eq!(rows[0]["metrics"]["delay_s"], delay_s, "{method} on {point}");
         repeated += 1;

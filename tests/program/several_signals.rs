@@ -118,74 +118,18 @@ fn street(files: &Scenario, end_s: u32) -> std::path::PathBuf {
 }
 
 #[test]
-fn coordinated_signals_have_a_common_cycle_and_plain_sumo_repeats_their_plan_with_its_offsets() {
-    let files = Scenario::new();
-    let config = street(&files, 600);
-    let folder = config.parent().unwrap();
-    let methods = "--methods coordinated --eval-seeds 2 --set coordinated.simulations=8";
-    succeed(
-        folder,
-        &format!("run --sumocfg street.sumocfg --preset field {methods} --quiet --out out"),
-    );
-    // The baseline and `program` run too.
-    let task = (0..3)
-        .find(|task| record(&folder.join("out"), *task)[0]["method"] == "coordinated")
-        .unwrap();
-    let rows = record(&folder.join("out"), task);
-    let programs = rows[0]["programs"].as_array().unwrap();
-    let cycle_s = |program: &Value| -> f64 {
-        let phases = program["phases"].as_array().unwrap().iter();
-        phases.map(|phase| phase["duration_s"].as_f64().unwrap()).sum()
-    };
-    assert_eq!(programs.len(), 3);
-    assert!(programs.iter().all(|p| cycle_s(p) == cycle_s(&programs[0])), "{programs:?}");
-    assert!(programs.iter().any(|p| p["offset_s"].as_f64().is_some()), "{programs:?}");
-    let plan = "out/report/plans/street.coordinated.add.xml";
-    assert!(fs::read_to_string(folder.join(plan)).unwrap().contains("offset=\""));
-    for row in rows.iter().filter(|row| row["kind"] == "evaluation") {
-        let args = format!("-c street.sumocfg -a {plan} --seed {}", row["seed"]);
-        assert_eq!(row["metrics"]["delay_s"], delay_s(folder, &args));
-    }
-    // Stages have the names of their movements, so that a cabinet can be told them.
-    let mut table = csv::Reader::from_path(folder.join("out/report/cabinet.csv")).unwrap();
-    let columns = table.headers().unwrap().clone();
-    let column = |name: &str| columns.iter().position(|column| column == name).unwrap();
-    let stages: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
-    assert!(stages.iter().all(|row| &row[column("kind")] == "stage"));
-    for row in &stages {
-        assert!(row[column("movements")].contains('B'), "{row:?}");
-    }
-    for signal in ["A", "B", "C"] {
-        let of_street = stages.iter().any(|row| {
-            &row[column("method")] == "coordinated"
-                && &row[column("signal")] == signal
-                && row[column("movements")].split(' ').any(|name| name == "EBT")
-        });
-        assert!(of_street, "{signal}: {stages:?}");
-    }
-    let sheets = fs::read_to_string(folder.join("out/report/plans/street.html")).unwrap();
-    for signal in ["A", "B", "C"] {
-        assert!(sheets.contains(&format!("<h2>Signal {signal}, ")), "no sheet of {signal}");
-    }
-    assert!(!sheets.contains("each intersection was simulated alone"));
-    // Tables and UTDF are for point MDPs of one signal.
-    assert!(!folder.join("out/report/plans/coordinated.csv").exists());
-}
-
-#[test]
 fn rings_keep_to_a_common_cycle_and_the_cabinet_is_told_cycle_offset_and_splits() {
     let files = Scenario::new();
     let config = street(&files, 600);
     let folder = config.parent().unwrap();
-    let methods =
-        "--methods nema,nema-coordinated --eval-seeds 2 --set nema_coordinated.simulations=8";
+    let methods = "--methods nema,coordinated --eval-seeds 2 --set coordinated.simulations=8";
     succeed(
         folder,
         &format!("run --sumocfg street.sumocfg --preset field {methods} --quiet --out out"),
     );
     let records: Vec<Vec<Value>> = (0..3).map(|task| record(&folder.join("out"), task)).collect();
     let of = |method: &str| records.iter().find(|rows| rows[0]["method"] == method).unwrap();
-    let programs = of("nema-coordinated")[0]["programs"].as_array().unwrap();
+    let programs = of("coordinated")[0]["programs"].as_array().unwrap();
     assert_eq!(programs.len(), 3);
     for program in programs {
         assert_eq!(program["cycle_s"], programs[0]["cycle_s"]);
@@ -202,8 +146,8 @@ fn rings_keep_to_a_common_cycle_and_the_cabinet_is_told_cycle_offset_and_splits(
         assert!(held.iter().any(|phase| phase["movements"][0] == "EBT"), "{held:?}");
     }
     // The episode once more, from the stages in the record; a seed that goes another way is an error.
-    succeed(folder, "events out --point street --method nema-coordinated --out ev");
-    let rows = of("nema-coordinated");
+    succeed(folder, "routes --run out --point street --method coordinated --out ev");
+    let rows = of("coordinated");
     let row = rows.iter().find(|row| row["kind"] == "evaluation").unwrap();
     assert_eq!(row["metrics"]["delay_s"], delay_s(folder, "-c ev/episode.sumocfg"));
     // Free rings have no cycle.
@@ -212,7 +156,7 @@ fn rings_keep_to_a_common_cycle_and_the_cabinet_is_told_cycle_offset_and_splits(
     let columns = table.headers().unwrap().clone();
     let column = |name: &str| columns.iter().position(|column| column == name).unwrap();
     let told: Vec<csv::StringRecord> = (table.records().map(Result::unwrap))
-        .filter(|row| &row[column("method")] == "nema-coordinated")
+        .filter(|row| &row[column("method")] == "coordinated")
         .collect();
     assert!(!told.is_empty());
     for row in told {
@@ -226,6 +170,13 @@ fn rings_keep_to_a_common_cycle_and_the_cabinet_is_told_cycle_offset_and_splits(
     let cycle = format!("coordinated, cycle {} s, offset", programs[0]["cycle_s"]);
     assert!(page.contains(&cycle), "the page says nothing of the cycle");
     assert!(page.contains("All plans, to print"), "the page names no sheets to print");
+    assert!(page.contains("Time-space diagram of coordinated"), "the page has no diagram");
+    let sheets = fs::read_to_string(folder.join("out/report/plans/street.html")).unwrap();
+    for signal in ["A", "B", "C"] {
+        assert!(sheets.contains(&format!("<h2>Signal {signal}, ")), "no sheet of {signal}");
+    }
+    // Tables and UTDF are for point MDPs of one signal.
+    assert!(!folder.join("out/report/plans/coordinated.csv").exists());
     assert_eq!(lead_somewhere(&folder.join("out/report")), 2);
 }
 

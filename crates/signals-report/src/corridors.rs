@@ -3,9 +3,11 @@
 //! A row is a direction of a street under a method: how long vehicles take that drive along all its signals. Intervals are
 //! Student's over the evaluation seeds.
 //!
-//! The diagram is that of `coordinated` where it ran, else of the method with the least delay of those whose signals along a
-//! street all run programs of fixed times. A band is the longest run of seconds in which a vehicle at the speed limit meets
+//! The diagram is that of `coordinated` where it ran, with the cycle that its rings follow, else of the method with the least delay
+//! of those whose signals along a street all run programs of fixed times. A band is the longest run of seconds in which a vehicle at the speed limit meets
 //! no red; there is none where cycles differ.
+
+use std::collections::BTreeMap;
 
 use minijinja::{Value, context};
 
@@ -138,53 +140,41 @@ pub(crate) fn values(seen: Seen<'_>, diagram: Option<&str>) -> Option<Value> {
     let Seen { data, shown } = seen;
     shown.streets.first()?;
     let identity = &data.manifest.identity;
-    let mut corridors = Vec::new();
-    let points: Vec<usize> = {
-        let mut points: Vec<usize> = shown.streets.iter().map(|task| task.point).collect();
-        points.sort_unstable();
-        points.dedup();
-        points
-    };
-    let mut all = 0;
-    for point in points {
-        let tasks: Vec<&TaskStreets> = shown.streets.iter().filter(|t| t.point == point).collect();
-        for number in 0..tasks[0].streets.len() {
-            all += 1;
-            if all > FEW {
-                break;
-            }
-            let rows: Vec<Value> = (tasks.iter())
-                .filter_map(|task| {
-                    let street = task.streets.get(number)?;
-                    let cells: Vec<String> = QUANTITIES
-                        .iter()
-                        .zip([1, 1, 2])
-                        .map(|((_, of), digits)| {
-                            let cell = |(m, low, high): (f64, f64, f64)| {
-                                format!("{m:.digits$} ({low:.digits$} to {high:.digits$})")
-                            };
-                            over(street, *of).map_or_else(|| "-".to_owned(), cell)
-                        })
-                        .collect();
-                    let mut label = named(data, &identity.methods[task.method]);
-                    if task.replicate > 0 {
-                        label += &format!(", replicate {}", task.replicate);
-                    }
-                    Some(context! { label, vehicles => format!("{:.0}", vehicles(street)), cells })
-                })
-                .collect();
-            let street = &tasks[0].streets[number];
-            corridors.push(context! {
-                title => data.points.get(point).map(|p| shown.title(&p.row)),
-                direction => street.direction.as_str(),
-                signals => signals(street),
-                count => street.stops.len(),
-                length => format!("{:.0}", length_m(street)),
-                rows,
-            });
+    let mut by_street: BTreeMap<(usize, usize), Vec<(&TaskStreets, &StreetResult)>> =
+        BTreeMap::new();
+    for task in &shown.streets {
+        for (number, street) in task.streets.iter().enumerate() {
+            by_street.entry((task.point, number)).or_default().push((task, street));
         }
     }
-    Some(context! { corridors, diagram, many => all > FEW, few => FEW })
+    let row = |(task, street): &(&TaskStreets, &StreetResult)| {
+        let cell = |((_, of), digits): (&(&str, Quantity), usize)| {
+            let cell = |(m, low, high): (f64, f64, f64)| {
+                format!("{m:.digits$} ({low:.digits$} to {high:.digits$})")
+            };
+            over(street, *of).map_or_else(|| "-".to_owned(), cell)
+        };
+        let cells: Vec<String> = QUANTITIES.iter().zip([1, 1, 2]).map(cell).collect();
+        let training = match task.replicate {
+            0 => String::new(),
+            replicate => format!(", replicate {replicate}"),
+        };
+        let label = named(data, &identity.methods[task.method]) + training.as_str();
+        context! { label, vehicles => format!("{:.0}", vehicles(street)), cells }
+    };
+    let corridor = |((point, _), own): (&(usize, usize), &Vec<(&TaskStreets, &StreetResult)>)| {
+        let street = own[0].1;
+        context! {
+            title => data.points.get(*point).map(|p| shown.title(&p.row)),
+            direction => street.direction.as_str(),
+            signals => signals(street),
+            count => street.stops.len(),
+            length => format!("{:.0}", length_m(street)),
+            rows => own.iter().map(row).collect::<Vec<_>>(),
+        }
+    };
+    let corridors: Vec<Value> = by_street.iter().take(FEW).map(corridor).collect();
+    Some(context! { corridors, diagram, many => by_street.len() > FEW, few => FEW })
 }
 
 /// Draws the time-space diagram of the plan that is worth looking at.
@@ -195,7 +185,7 @@ pub(crate) fn diagram(seen: Seen<'_>) -> Option<Figure> {
     let is_coordinated =
         |plan: &TaskPlan| identity.methods[plan.method] == coordinated::METHOD.name;
     let mut plans: Vec<&TaskPlan> = (shown.plans.iter())
-        .filter(|plan| plan.point == task.point && plan.is_whole())
+        .filter(|plan| plan.point == task.point)
         .filter(|plan| task.streets.iter().any(|street| lights(plan, street).is_some()))
         .collect();
     let delay_s = |plan: &TaskPlan| plan.objective.unwrap_or(f64::INFINITY);
@@ -232,7 +222,9 @@ impl Light<'_> {
 
     /// Whether the movement along the street is green at a time.
     fn is_green(&self, time_s: f64) -> bool {
-        let mut left_s = (time_s - self.program.offset_s).rem_euclid(self.cycle_s());
+        let stages = self.program.stages.as_ref();
+        let offset_s = stages.map_or(self.program.offset_s, |stages| stages.offset_s.into());
+        let mut left_s = (time_s - offset_s).rem_euclid(self.cycle_s());
         for phase in &self.program.phases {
             if left_s < phase.duration_s {
                 let letter = |link: &usize| phase.state.as_bytes().get(*link).copied();
@@ -244,14 +236,15 @@ impl Light<'_> {
     }
 }
 
-/// Returns the signals of a street with their programs; `None` where one of them runs none of fixed times, or the
+/// Returns the signals of a street with their programs; `None` where one of them has no fixed cycle, or the
 /// network's own, whose offset records do not have.
 fn lights<'a>(plan: &'a TaskPlan, street: &'a StreetResult) -> Option<Vec<Light<'a>>> {
     let of = |stop: &'a StreetStop| {
-        let program = plan.programs().iter().find(|p| p.signal == stop.signal)?;
-        let is_timed = program.kind == ProgramKind::Static && !program.own;
+        let mut programs = plan.programs.iter().chain(&plan.rings);
+        let program = programs.find(|p| p.signal == stop.signal)?;
+        let is_timed = matches!(program.kind, ProgramKind::Static | ProgramKind::DualRing);
         let light = Light { stop, program };
-        (is_timed && light.cycle_s() > 0.0).then_some(light)
+        (is_timed && !program.own && light.cycle_s() > 0.0).then_some(light)
     };
     street.stops.iter().map(of).collect()
 }

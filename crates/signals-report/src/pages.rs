@@ -269,7 +269,6 @@ fn plan(seen: Seen<'_>, told: &Told) -> Value {
         phases => phases(&told.plan),
         rings => rings(&told.plan),
         is_stages => told.is_stages,
-        numbers => told.numbers.as_deref(),
         unprotected => unprotected(seen, told.point, &told.plan).join(", "),
         hides_walk => hides_walk(&told.plan),
         no_longer_protected => no_longer_protected(seen, told.point, &told.plan).join(", "),

@@ -2,7 +2,7 @@
 
 use minijinja::{Value, context};
 
-use super::plans::{Source, TaskPlan};
+use super::plans::TaskPlan;
 use super::shown::Seen;
 use evaluation::report::figures::shown as named;
 use evaluation::report::format;
@@ -33,22 +33,17 @@ pub(super) fn plan_values(seen: Seen<'_>) -> Option<Value> {
         })
         .collect();
     (!rows.is_empty())
-        .then(|| context! { rows, chosen => data.points.len(), whole => shown.plans.iter().any(TaskPlan::is_whole) })
+        .then(|| context! { rows, chosen => data.points.len(), whole => shown.plans.iter().any(|p| !p.programs.is_empty()) })
 }
 
 /// Says what a method does, and where that can be had.
 fn behaviour(plans: &[&TaskPlan]) -> &'static str {
-    let all = |source: &[Source]| plans.iter().all(|p| source.contains(&p.source));
-    let own = |p: &&TaskPlan| p.programs().iter().all(|program| program.own);
-    if all(&[Source::Decides]) {
-        "decides during the simulation: there is no program to load"
-    } else if all(&[Source::NotKept]) {
-        "a program; these records of an earlier version do not contain it"
+    let own = |p: &&TaskPlan| p.programs.iter().all(|program| program.own);
+    if plans.iter().all(|p| p.programs.is_empty()) {
+        "no program to load in its records"
     } else if plans.iter().all(own) {
         "the network\u{2019}s own program: nothing to load"
-    } else if all(&[Source::Recorded, Source::Described]) {
-        "a program"
     } else {
-        "a program; these records of an earlier version contain its greens and cycles only"
+        "a program"
     }
 }

@@ -24,7 +24,9 @@ pub enum TrafficError {
     #[error(transparent)]
     Run(#[from] RunError),
     /// Two imported scenarios of one name.
-    #[error("two --sumocfg files are named {0:?}; rename one, the name is the point MDP's id")]
+    #[error(
+        "two --sumocfg files, or their folders, are named {0:?}; rename one, the name is the point MDP's id"
+    )]
     DoubledPoint(String),
     /// A point MDP that the scenario does not have.
     #[error("scenario {scenario} has no point MDP {point:?}; it has {some}")]

@@ -4,7 +4,6 @@
 //! (extracts in [`osm_signals::mirror`], intersections to build in [`network::intersection`], SUMO's scenes in
 //! [`env::side`]) and back where it goes out.
 
-pub mod calibration;
 pub mod city;
 pub mod control;
 pub mod controllers;
@@ -13,7 +12,6 @@ pub mod effort;
 pub mod env;
 pub mod environment;
 pub mod error;
-pub mod events;
 pub mod existing;
 pub mod family;
 pub mod input_files;

@@ -251,8 +251,15 @@ fn imported_family(
     given: &Given,
 ) -> Result<(MdpFamily, BTreeMap<String, Intake>), TrafficError> {
     let mut imported = BTreeMap::new();
+    let named = |config: &&PathBuf, name: &str| imported_id(config) == name;
     for config in configs {
-        let id = imported_id(config);
+        let mut id = imported_id(config);
+        // Benchmarks have many of one name, each in a folder of its own.
+        if configs.iter().filter(|other| named(other, &id)).count() > 1
+            && let Some(folder) = std::path::absolute(config).ok().as_deref().and_then(Path::parent)
+        {
+            id = safe_name(&folder.file_name().unwrap_or_default().to_string_lossy());
+        }
         if imported.insert(id.clone(), Intake::read(config, given)?).is_some() {
             return Err(TrafficError::DoubledPoint(id));
         }
@@ -270,9 +277,12 @@ fn imported_family(
     Ok((family, imported))
 }
 
-/// Returns the id that an imported scenario has as a point MDP.
-pub fn imported_id(config: &Path) -> String {
-    let stem = config.file_stem().unwrap_or_default().to_string_lossy();
+/// Returns the id that an imported scenario has as a point MDP, unless another one has it too.
+fn imported_id(config: &Path) -> String {
+    safe_name(&config.file_stem().unwrap_or_default().to_string_lossy())
+}
+
+fn safe_name(name: &str) -> String {
     let safe = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-    stem.chars().map(safe).collect()
+    name.chars().map(safe).collect()
 }

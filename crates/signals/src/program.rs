@@ -139,7 +139,8 @@ pub struct SignalProgram {
     /// Gap between vehicles that ends a green of an actuated program, seconds; absent where it is SUMO's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_gap_s: Option<f64>,
-    /// Its phases, in order; a fixed cycle begins with its first one.
+    /// Its phases, in order; a fixed cycle begins with its first one. Of two rings the stages that they follow within a cycle,
+    /// with what is shown between them, and nothing in free operation.
     pub phases: Vec<ProgramPhase>,
     /// The cycle that two rings keep to, seconds; absent in free operation. `offset_s` then says when the coordinated phases
     /// may end.

@@ -1,4 +1,4 @@
-//! An episode of a record once more, to see what its lights and detectors did.
+//! An episode of a record once more, to see what its lights did.
 //!
 //! A method that was trained comes from its model; one that was tuned runs the cycle that its record has; every other one
 //! does as it did. Metrics say whether it is the same episode.
@@ -6,10 +6,9 @@
 use super::control::dual_ring::{self, StageCycle};
 use super::control::registry::METHODS;
 use super::control::{ControlError, Controller, Drive, GreenPhase, SignalSpec};
-use super::control::{existing, nema_coordinated};
+use super::control::{coordinated, existing};
 use super::controllers::create;
 use super::domain::scenario_of;
-use super::env::high_resolution::Recording;
 use super::environment::{environment, planned_world};
 use super::error::TrafficError;
 use super::model::SignalModel;
@@ -75,13 +74,12 @@ impl Controller for Recorded {
     }
 }
 
-/// Plays an episode of a record again, and returns its metrics and what was written of it.
+/// Plays an episode of a record again, and returns its metrics and what each signal showed, as a program that shows it once.
 ///
 /// # Arguments
 ///
 /// * `summary` — of the record.
 /// * `seed` — of the episode.
-/// * `advance_m` — how far before stop lines advance detectors lie.
 ///
 /// # Errors
 ///
@@ -92,8 +90,7 @@ pub fn replay<S: Sim>(
     site: &Site<'_>,
     summary: &Summary,
     seed: u64,
-    advance_m: f64,
-) -> Result<(Metrics, Recording), RunError> {
+) -> Result<(Metrics, Vec<SignalProgram>), RunError> {
     let input = |e: String| TrialError::Input(e.into());
     let scenario = scenario_of(site.settings).map_err(input)?;
     let method = summary.method.as_str();
@@ -122,22 +119,21 @@ pub fn replay<S: Sim>(
             Training::Tuned { .. } => {
                 let programs = summary.programs.read::<Vec<SignalProgram>>();
                 let wrong = |e| input(format!("the programs of its record cannot be read: {e}"));
-                let rings = nema_coordinated::rings(&scenario.nema_coordinated);
+                let rings = coordinated::rings(&scenario.coordinated);
                 Box::new(Recorded { programs: programs.map_err(wrong)?, rings })
             }
         },
     };
     let mut env = environment(sim, world, &scenario, site.scratch);
-    env.write_events(advance_m);
+    env.keep_states();
     let mut trial = SignalTrial::new(env, controller, held);
     let metrics = trial.episode(seed)?;
     trial.verify()?;
-    Ok((metrics, trial.env.take_recording()))
+    Ok((metrics, trial.env.shown_programs()))
 }
 
 fn not_here(method: &str) -> String {
     format!(
-        "{method} is a method of your own, which is not started here; take the events of a method of this program or of a \
-         plan"
+        "{method} is a method of your own, which is not started here; name a method of this program or a plan"
     )
 }

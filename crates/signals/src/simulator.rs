@@ -16,6 +16,10 @@ use super::sim::{Scene, SimError};
 #[cfg(feature = "libsumo")]
 const SAID_BEFORE: [&str; 3] = ["Process Error", "Could not parse commandline options.", ""];
 
+/// Words of an error about something that SUMO does not know.
+#[cfg(feature = "libsumo")]
+const UNKNOWN: [&str; 5] = ["nknown", "not known", "vehicle class", "ehicle type", "attribute"];
+
 /// Where SUMO crashes on detectors of lanes in a row.
 #[cfg(feature = "libsumo")]
 const AREA_DETECTOR: &str = "MSE2Collector";
@@ -71,7 +75,6 @@ impl Loaded {
     /// Returns what is to be said of a scenario that was loaded.
     pub fn warnings(&self, intake: &Intake) -> Vec<String> {
         let mut lines = intake.notes.clone();
-        lines.extend(intake.newer_than(&self.version));
         lines.extend(self.left_alone());
         let signals: Vec<(&str, Vec<Warning>)> =
             self.signals.iter().map(|signal| (signal.spec.id.as_str(), warnings(signal))).collect();
@@ -117,7 +120,7 @@ pub fn load(
     use super::env::world::as_arguments;
     use super::sim::copies::copy;
     use super::sim::libsumo::SumoSim;
-    use super::sim::obstacle::Way;
+    use super::sim::obstacle::{Accept, Way};
     use super::sim::{Sim, StartOptions};
     use basics::files::FileError;
 
@@ -149,15 +152,23 @@ pub fn load(
     }
     let failed = |e: SimError| match e {
         SimError::Fatal { message, .. } | SimError::Traci { message, .. } => {
-            let newer =
-                intake.newer_than(&version).map_or_else(String::new, |said| format!("; {said}"));
             let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
             let reason = match SAID_BEFORE.contains(&message.as_str()) {
                 false => message,
                 true if said.errors.is_empty() => "its reason is above".to_owned(),
                 true => said.errors.clone(),
             };
-            Ok(Err(vec![obstacle(format!("SUMO cannot load it: {reason}{newer}"))]))
+            // What an older version does not know is of another version, whatever else is wrong is not.
+            let is_unknown = UNKNOWN.iter().any(|word| reason.contains(word));
+            let newer = intake.newer_than(&version).filter(|_| is_unknown);
+            let newer = newer.map_or_else(String::new, |said| format!("; {said}"));
+            let reason = format!("SUMO cannot load it: {reason}{newer}");
+            let mut said = obstacle(reason);
+            let accepted = intake.given.accept.contains(&Accept::NewerClasses);
+            if is_unknown && intake.sources.has_newer_classes() && !accepted {
+                said.way = Way::Accept(Accept::NewerClasses);
+            }
+            Ok(Err(vec![said]))
         }
         SimError::NoSignals(_) => Ok(Err(vec![obstacle(
             "it has no traffic signal; give a scenario with at least one tlLogic".to_owned(),

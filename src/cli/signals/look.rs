@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::traffic::env::derive::DerivedSignal;
 use crate::traffic::env::side::driving_side;
-use crate::traffic::env::warnings;
+use crate::traffic::env::warnings::{folded, warnings};
 use crate::traffic::settings::SignalSettings;
 use crate::traffic::sim::error::SimError;
 use crate::traffic::sim::intake::Intake;
@@ -60,8 +60,7 @@ pub(super) fn look(
             return Err(SimError::Obstacles(in_words(&obstacles)));
         }
     };
-    let mut notes = intake.notes.clone();
-    notes.extend(intake.newer_than(&loaded.version));
+    let notes = intake.notes.clone();
     let side = driving_side(&intake.config);
     Ok(Look { detection_m: settings.detection_m, side, notes, loaded })
 }
@@ -126,7 +125,7 @@ impl Look {
             .iter()
             .map(|warning| {
                 let mut value = json!(warning);
-                value["text"] = json!(warning.to_string());
+                value["text"] = json!(folded([warning]).concat());
                 value
             })
             .collect();

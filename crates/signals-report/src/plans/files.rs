@@ -106,7 +106,7 @@ fn make(folder: &Path) -> Result<(), FileError> {
 fn best_replicates<'a>(seen: Seen<'_>, own: &[&'a TaskPlan]) -> Vec<&'a TaskPlan> {
     let mut best: Vec<&TaskPlan> = Vec::new();
     let direction = seen.data.direction();
-    for plan in own.iter().copied().filter(|p| p.is_whole()) {
+    for plan in own.iter().copied().filter(|p| !p.programs.is_empty()) {
         match best.iter_mut().find(|b| b.method == plan.method) {
             Some(other) if plan.is_better_than(other, direction) => *other = plan,
             Some(_) => {}
@@ -143,7 +143,7 @@ fn program_file(
         }
         _ => program.clone(),
     };
-    let programs: Vec<SignalProgram> = plan.programs().iter().map(of_plan).collect();
+    let programs: Vec<SignalProgram> = plan.programs.iter().map(of_plan).collect();
     let mut lines = comment(seen, plan);
     let refused = refused(mutual, &programs);
     lines.extend(refused.map(|(signal, (a, b))| {
@@ -199,7 +199,7 @@ fn show(
         written.missing.get_or_insert_with(|| {
             format!(
                 "{}: its signals change their programs by the clock (<WAUT>), and would leave those of {method}; \
-                 `tsc-family events` writes an episode without that",
+                 `tsc-family routes --run` writes an episode without that",
                 own.display()
             )
         });

@@ -185,7 +185,6 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             signal => (!told.is_alone).then_some(told.signal.as_str()),
             is_stages => told.is_stages,
             is_coordinated => told.plan.control == Control::Coordinated,
-            numbers => told.numbers.as_deref(),
             unprotected => unprotected(seen, point, &told.plan).join(", "),
             hides_walk => hides_walk(&told.plan),
             unserved_people => unserved_people(&told.plan).join(", "),

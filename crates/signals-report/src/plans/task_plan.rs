@@ -1,22 +1,11 @@
-//! The programs of one task.
+//! The programs of one task, from its record.
 
+use crate::shown::finished;
 use evaluation::stats::Direction;
-use signals::program::SignalProgram;
-
-/// How much is known of what a method does on a point MDP.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
-    /// The record has the programs.
-    Recorded,
-    /// The record has greens and cycle in words; yellow and all-red follow from the settings.
-    Described,
-    /// The record has greens and cycle in words, nothing else.
-    Greens,
-    /// Not even that: the record is from before programs were kept.
-    NotKept,
-    /// The method decides while it runs.
-    Decides,
-}
+use evaluation::store::manifest::Task;
+use evaluation::store::record::Summary;
+use evaluation::store::results::Results;
+use signals::program::{PHASES, ProgramKind, SignalProgram};
 
 /// The programs of one task.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,31 +18,15 @@ pub struct TaskPlan {
     pub replicate: u32,
     /// Mean objective of the evaluation episodes.
     pub objective: Option<f64>,
-    /// How much is known.
-    pub source: Source,
-    /// What there is of programs; most methods have none, and there may be a million tasks.
-    pub programs: Option<Box<Programs>>,
+    /// One program per signal; empty for a method that decides while it runs.
+    pub programs: Vec<SignalProgram>,
     /// Phases of the signals that a method drives by phases, in words, by signal.
     pub phases: Vec<(String, String)>,
     /// Signals of a task in which some ran in two rings: with their phases, or with the fixed cycle of the others.
     pub rings: Vec<SignalProgram>,
 }
 
-/// What is known of the programs of a task.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Programs {
-    /// One program per signal; without phases where they are not known.
-    pub all: Vec<SignalProgram>,
-    /// Cycle per signal where the record says it and its phases do not, seconds.
-    pub cycles_s: Vec<Option<f64>>,
-}
-
 impl TaskPlan {
-    /// Returns one program per signal, as far as there are any.
-    pub fn programs(&self) -> &[SignalProgram] {
-        self.programs.as_ref().map_or(&[], |programs| &programs.all)
-    }
-
     /// Whether its objective is better than that of another training; a training without one is the worst.
     pub(crate) fn is_better_than(&self, other: &Self, direction: Direction) -> bool {
         match (self.objective, other.objective) {
@@ -61,9 +34,31 @@ impl TaskPlan {
             (own, other) => own.is_some() && other.is_none(),
         }
     }
+}
 
-    /// Whether SUMO can be given the programs.
-    pub fn is_whole(&self) -> bool {
-        matches!(self.source, Source::Recorded | Source::Described)
-    }
+/// Returns what every finished task ran, in the order of the plan.
+pub(crate) fn plans(results: &Results) -> Vec<TaskPlan> {
+    let identity = &results.manifest.identity;
+    let plan = |(method, point, task, record): (usize, usize, &Task, &Summary)| {
+        // The checksum of the record vouches for their form.
+        let recorded: Vec<SignalProgram> = record.programs.read().ok().unwrap_or_default();
+        // Within a common cycle some signals may run rings, and others a fixed cycle.
+        let (rings, programs) = match recorded.iter().any(|p| p.kind == ProgramKind::DualRing) {
+            true => (recorded, Vec::new()),
+            false => (Vec::new(), recorded),
+        };
+        let phases = |(name, text): (&String, &String)| {
+            Some((name.strip_prefix(PHASES)?.to_owned(), text.clone()))
+        };
+        TaskPlan {
+            method,
+            point,
+            replicate: task.replicate,
+            objective: record.metrics.get(&identity.objective).copied(),
+            programs,
+            phases: record.details.iter().filter_map(phases).collect(),
+            rings,
+        }
+    };
+    finished(results).map(plan).collect()
 }

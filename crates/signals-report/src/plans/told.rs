@@ -2,12 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::numbers::as_today;
 use super::task_plan::TaskPlan;
 use crate::shown::Seen;
 use evaluation::analysis::Analysis;
 use evaluation::store::manifest::PointRow;
-use signals::control::existing;
 use signals::environment::existing_plan;
 use signals::existing::ExistingPlan;
 use signals::existing::ran::{of_program, of_rings};
@@ -36,8 +34,6 @@ pub(crate) struct Told {
     pub(crate) is_stages: bool,
     /// Whether its signal is the only one of the task.
     pub(crate) is_alone: bool,
-    /// What to say of the numbers of its phases beside those of the existing plan.
-    pub(crate) numbers: Option<String>,
 }
 
 impl Told {
@@ -65,7 +61,6 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
         plan: with_names_of_the_network(seen, task.point, plan),
         is_stages,
         is_alone: true,
-        numbers: None,
     };
     if let Some(plan) = existing_of(data, task) {
         return vec![told(SIGNAL, plan, false)];
@@ -77,21 +72,15 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
             false => program.links.iter().cloned().enumerate().collect(),
         }
     };
-    let row = &data.manifest.identity.points[task.point];
-    let today = given_plan(row, existing::METHOD.name);
     let rings = task.rings.iter().filter_map(|signal| {
         let is_stages = signal.kind != ProgramKind::DualRing;
         let plan = match is_stages {
             false => of_rings(signal),
             true => of_program(signal, &names(signal))?,
         };
-        let mut told = told(&signal.signal, plan, is_stages);
-        if let Some(today) = today.as_ref().filter(|_| !is_stages) {
-            told.numbers = as_today(&mut told.plan, today);
-        }
-        Some(told)
+        Some(told(&signal.signal, plan, is_stages))
     });
-    let programs = task.programs().iter().filter(|_| task.is_whole()).filter_map(|program| {
+    let programs = task.programs.iter().filter_map(|program| {
         let mut plan = of_program(program, &names(program))?;
         // Records do not have the offset of a program of a network that is not ours.
         if program.own && data.manifest.identity.points[task.point].environment != GENERATED {
@@ -249,7 +238,6 @@ mod tests {
                 plan: ExistingPlan::new(Control::Actuated, vec![phase]),
                 is_stages,
                 is_alone: true,
-                numbers: None,
             };
             told.given_back().phases[0].walk_s.is_some()
         };

@@ -1,4 +1,4 @@
-//! What dual-ring control is told; [`super::nema`] and [`super::nema_coordinated`] explain it.
+//! What dual-ring control is told; [`super::nema`] and [`super::coordinated`] explain it.
 
 use super::GreenPhase;
 use serde::{Deserialize, Serialize};

@@ -18,9 +18,7 @@ pub mod max_pressure;
 pub mod max_pressure_resco;
 pub mod mplight;
 pub mod mplight_star;
-pub mod mplight_star_resco;
 pub mod nema;
-pub mod nema_coordinated;
 pub mod phase_sets;
 pub mod program;
 pub mod registry;
@@ -231,7 +229,7 @@ pub enum Drive {
     OwnActuated(f64),
     /// Dual-ring control, which decides every second; see [`nema`].
     DualRing(dual_ring::Config),
-    /// Dual-ring control within a cycle; see [`nema_coordinated`]. Where two rings cannot follow the stages, they are a fixed
+    /// Dual-ring control within a cycle; see [`coordinated`]. Where two rings cannot follow the stages, they are a fixed
     /// cycle.
     CoordinatedRings(dual_ring::Config, dual_ring::StageCycle),
     /// The plan that the signal has today, with its own times; see [`existing`].

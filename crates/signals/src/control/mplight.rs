@@ -134,15 +134,6 @@ impl MpLight {
         Self { name, config, demand, seed, controlled, shared, senses }
     }
 
-    /// Returns the values of the phases of the first signal.
-    #[cfg(test)]
-    pub(super) fn values(&mut self, signals: &[SignalSpec], seen: &Observation) -> Vec<f32> {
-        let first = &mut self.controlled[0];
-        self.demand.write(&signals[first.signal], seen, &mut first.state[HEAD..]);
-        let shared = self.shared.as_mut().expect("a signal to decide for");
-        shared.dqn.values(&first.state).to_vec()
-    }
-
     /// Returns the share of random actions.
     fn epsilon(&self, training: &TrainingState) -> f64 {
         let config = &self.config;
@@ -183,7 +174,7 @@ impl Learner for MpLight {
                 spec.phases.iter().map(|p| p.pair.iter().map(index).collect()).collect();
             let mut state = vec![0.0; HEAD + width];
             state[0] = layouts.len() as f32;
-            layouts.push(PhaseLayout::new(&pairs, self.demand.stride()));
+            layouts.push(PhaseLayout::new(&pairs, self.demand.width()));
             let (phases, next) = (spec.phases.len(), state.clone());
             self.controlled.push(Controlled { signal, phases, state, next });
         }

@@ -3,14 +3,13 @@
 //! Pressure, waiting time, speeds and approaching vehicles ([`super::state::full_demand`]); everything
 //! else, the reward too, is [MPLight](super::mplight)'s.
 //!
-//! Here every movement sees its own four numbers, as intended; in RESCO's code they do not, see
-//! [`mplight_star_resco`](super::mplight_star_resco).
+//! Here every movement sees its own four numbers, as intended; in RESCO's code part of them are those of others.
 //!
 //! Source: RESCO, agents/mplight.py (`MPLightFULL`) and states.py (`mplight_full`).
 
 use super::learner::Learning;
 use super::mplight::{self, MpLight, mplight_settings};
-use super::state::{Demand, FULL_WIDTH};
+use super::state::Demand;
 use super::{Controller, Setup};
 use evaluation::run::method::{Method, Training};
 
@@ -24,7 +23,7 @@ pub const METHOD: Method = Method {
 };
 
 mplight_settings! { {
-    /// Hyper-parameters of `mplight-star` and `mplight-star-resco`; the defaults are RESCO's.
+    /// Hyper-parameters of `mplight-star`; the defaults are RESCO's.
     pub struct Config extends mplight::Config
 } and {
     /// Whether the speeds of all lanes of a movement count. In RESCO only those of its last lane do.
@@ -33,14 +32,9 @@ mplight_settings! { {
 
 /// Returns MPLight*, untrained.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
-    let learner = variant(METHOD.name, FULL_WIDTH, config, setup.seed);
+    let demand = Demand::Full { all_lanes: config.speed_of_all_lanes };
+    let learner = MpLight::new(METHOD.name, config.into(), demand, setup.seed);
     Box::new(Learning::new(learner, setup))
-}
-
-/// Returns a variant whose movements read windows that are `stride` numbers apart.
-pub(super) fn variant(name: &'static str, stride: usize, config: &Config, seed: u64) -> MpLight {
-    let demand = Demand::Full { all_lanes: config.speed_of_all_lanes, stride };
-    MpLight::new(name, config.into(), demand, seed)
 }
 
 #[cfg(test)]

@@ -15,13 +15,11 @@ macro_rules! methods {
             super::max_pressure_resco,
             super::actuated::Config,
             super::nema::Config,
-            super::coordinated::Config,
-            super::nema_coordinated::Config;
+            super::coordinated::Config;
             super::idqn::Config,
             super::ippo::Config,
             super::mplight::Config,
             super::mplight_star::Config,
-            super::mplight_star_resco::Config,
             super::program,
             super::existing
         }

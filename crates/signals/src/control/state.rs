@@ -109,8 +109,6 @@ pub(super) enum Demand {
     Full {
         /// Whether speeds of all lanes of a movement count.
         all_lanes: bool,
-        /// Distance between what consecutive movements read.
-        stride: usize,
     },
 }
 
@@ -123,19 +121,11 @@ impl Demand {
         }
     }
 
-    /// Distance between what consecutive movements read.
-    pub(super) fn stride(self) -> usize {
-        match self {
-            Self::Pressure => 1,
-            Self::Full { stride, .. } => stride,
-        }
-    }
-
     /// Writes the numbers of all movements.
     pub(super) fn write(self, signal: &SignalSpec, seen: &Observation, demand: &mut [f32]) {
         match self {
             Self::Pressure => pressures(signal, seen, demand),
-            Self::Full { all_lanes, .. } => full_demand(signal, seen, all_lanes, demand),
+            Self::Full { all_lanes } => full_demand(signal, seen, all_lanes, demand),
         }
     }
 }

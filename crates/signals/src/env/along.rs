@@ -65,9 +65,14 @@ impl Along {
     pub(super) fn new(scene: &Scene, signals: &[DerivedSignal], side: DrivingSide) -> Option<Self> {
         let specs: Vec<SignalSpec> = signals.iter().map(|signal| signal.spec.clone()).collect();
         let found = streets(&specs);
-        let of_lane = stops_of_lanes(&found, signals, scene.lanes.len());
+        let of_lane = vec![Vec::new(); scene.lanes.len()];
         let mut along = Self { of_lane, ..Self::default() };
-        for Street { stops } in &found {
+        for (street, Street { stops }) in found.iter().enumerate() {
+            for (place, stop) in stops.iter().enumerate() {
+                for lane in &signals[stop.signal].lanes {
+                    along.of_lane[*lane].push((street, place));
+                }
+            }
             let first = &signals[stops[0].signal];
             let lane = first.spec.movements[stops[0].movement].lanes[0];
             let lane = &scene.lanes[first.lanes[lane]];
@@ -99,35 +104,26 @@ impl Along {
             for &(street, stop) in &self.of_lane[vehicle.lane as usize] {
                 let links = &self.streets[street].stops[stop].links;
                 let halted = vehicle.speed_mps < HALT_MPS;
-                let key = (vehicle.vehicle, street);
-                let known = self.under_way.get_mut(&key);
-                let is_on = match (vehicle.link, &known) {
-                    (Some(link), _) => links.contains(&(link as usize)),
+                let known = self.under_way.get(&(vehicle.vehicle, street));
+                let is_on = match vehicle.link {
+                    Some(link) => links.contains(&(link as usize)),
                     // It has to change lanes first.
-                    (None, Some(known)) => known.stop == stop,
-                    (None, None) => false,
+                    None => known.is_some_and(|known| known.stop == stop),
                 };
-                if !is_on {
-                    continue;
+                let first = UnderWay {
+                    since_s: time_s,
+                    before_m: vehicle.distance_m,
+                    stop,
+                    halts: 0,
+                    halted: false,
+                    round: 0,
+                };
+                let Some(known) = known.copied().or((stop == 0).then_some(first)) else { continue };
+                if is_on {
+                    let halts = known.halts + u32::from(halted && !known.halted);
+                    let known = UnderWay { stop, halts, halted, round: self.round, ..known };
+                    self.under_way.insert((vehicle.vehicle, street), known);
                 }
-                let Some(known) = known else {
-                    if stop == 0 {
-                        self.under_way.insert(
-                            key,
-                            UnderWay {
-                                since_s: time_s,
-                                before_m: vehicle.distance_m,
-                                stop,
-                                halts: u32::from(halted),
-                                halted,
-                                round: self.round,
-                            },
-                        );
-                    }
-                    continue;
-                };
-                known.halts += u32::from(halted && !known.halted);
-                (known.stop, known.halted, known.round) = (stop, halted, self.round);
             }
         }
         let (streets, round) = (&self.streets, self.round);
@@ -164,30 +160,9 @@ impl Along {
     }
 }
 
-/// Returns streets and stops by lane of the scene.
-fn stops_of_lanes(
-    streets: &[Street],
-    signals: &[DerivedSignal],
-    lanes: usize,
-) -> Vec<Vec<(usize, usize)>> {
-    let mut of_lane = vec![Vec::new(); lanes];
-    for (street, Street { stops }) in streets.iter().enumerate() {
-        for (place, stop) in stops.iter().enumerate() {
-            for lane in &signals[stop.signal].lanes {
-                of_lane[*lane].push((street, place));
-            }
-        }
-    }
-    of_lane
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::streets::Stop;
-    use crate::env::derive::derive;
-    use crate::env::testing::crossing;
-    use crate::settings::SignalSettings;
     use crate::sim::VehicleState;
 
     /// The link of a vehicle whose lane does not lead where it goes.
@@ -262,17 +237,6 @@ mod tests {
         assert_eq!((expected.vehicles, expected.travel_s), (1, 4.0));
         assert_eq!(driven(&seconds(2, 1)), expected);
         assert_eq!(driven(&seconds(2, NOWHERE)), expected);
-    }
-
-    #[test]
-    fn vehicles_are_seen_on_all_lanes_of_a_stop_s_signal() {
-        let scene =
-            crossing(&[("w_0", 90.0, "s"), ("w_1", 90.0, "l"), ("s_0", 0.0, "s")], &["GGG"]);
-        let signal = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
-        let stop = Stop { signal: 0, movement: 0, after_s: 0.0, at_m: 0.0 };
-        let streets = [Street { stops: vec![stop] }];
-        let of_lane = stops_of_lanes(&streets, &[signal], scene.lanes.len());
-        assert_eq!(of_lane, vec![vec![(0, 0)]; 3]);
     }
 
     #[test]

@@ -31,10 +31,6 @@ struct Crossing {
     waiting: Vec<f64>,
     /// Time since WALK began under a program; none while nobody may walk.
     walk_s: Option<u32>,
-    /// When those came to whom nobody was waiting, since somebody asked, seconds.
-    calls: Vec<f64>,
-    /// The last second in which WALK was shown.
-    walked_s: Option<f64>,
 }
 
 /// Those of one signal.
@@ -102,9 +98,6 @@ impl Pedestrians {
     pub fn arrive(&mut self, now_s: f64) {
         for crossing in &mut self.crossings {
             while let Some(at_s) = crossing.to_come.pop_if(|at_s| *at_s <= now_s) {
-                if crossing.waiting.is_empty() {
-                    crossing.calls.push(at_s);
-                }
                 crossing.waiting.push(at_s);
             }
         }
@@ -123,20 +116,8 @@ impl Pedestrians {
         (now_s - oldest.1 > LONGEST_WAIT_S).then_some(oldest.0)
     }
 
-    /// Returns when the button of a crosswalk was pushed since the last time that somebody asked, seconds. While WALK is
-    /// shown nobody pushes it.
-    pub fn take_calls(&mut self, crossing: usize) -> Vec<f64> {
-        std::mem::take(&mut self.crossings[crossing].calls)
-    }
-
-    /// Whether a crosswalk shows WALK in the second that begins at a time.
-    pub fn walks(&self, crossing: usize, at_s: f64) -> bool {
-        self.crossings[crossing].walked_s == Some(at_s)
-    }
-
     /// Lets those go who wait at a crosswalk.
     pub fn go(&mut self, crossing: usize, now_s: f64) {
-        self.crossings[crossing].walked_s = Some(now_s);
         for came_s in self.crossings[crossing].waiting.drain(..) {
             self.totals.count += 1;
             self.totals.wait_s += now_s - came_s;

@@ -6,13 +6,11 @@ use std::time::{Duration, Instant};
 
 use crate::control::dual_ring::StageCycle;
 use crate::control::{Drive, GreenPhase, Observation, Onward, SignalSpec};
-use crate::existing::{Control, ExistingPlan, PlanPhase, Timed, schedule};
+use crate::existing::{Control, ExistingPlan};
 use crate::program::{self, SignalProgram};
 use crate::settings::{SignalSettings, SimulationSettings};
 use crate::sim::error::SimError;
-use crate::sim::{
-    Program, ProgramKind, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo,
-};
+use crate::sim::{Program, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo};
 use crate::timing::Timing;
 use basics::units::SECONDS_PER_HOUR;
 
@@ -20,8 +18,7 @@ use super::along::Along;
 use super::by_movement::{ByMovement, link_names};
 use super::cabinet::Cabinet;
 use super::derive::{DerivedSignal, derive, onward};
-use super::dual_ring::{DualRing, fixed_cycle, phasing};
-use super::high_resolution::{self, CommonCycle, Logger, Recording, Shown, cycle_of};
+use super::dual_ring::{DualRing, fixed_cycle};
 use super::limits::{approach_edges, share_turns};
 use super::metrics::EpisodeMetrics;
 use super::observe::Observer;
@@ -93,10 +90,8 @@ pub struct SignalEnv<S> {
     collects_movements: bool,
     by_movement: Option<ByMovement>,
     along: Option<Along>,
-    /// Where advance detectors lie in the next episodes, whose events are written, metres; none where nobody asks.
-    writes_events: Option<f64>,
-    /// By signal, what is written of an episode.
-    loggers: Vec<Logger>,
+    /// By signal, what SUMO was told to show, with since when, seconds; absent where nobody asks.
+    told: Option<Vec<Vec<(f64, String)>>>,
     queue_sum: f64,
     queue_max: f64,
     decisions: u32,
@@ -140,8 +135,7 @@ impl<S: Sim> SignalEnv<S> {
             collects_movements: false,
             by_movement: None,
             along: None,
-            writes_events: None,
-            loggers: Vec::new(),
+            told: None,
             queue_sum: 0.0,
             queue_max: 0.0,
             decisions: 0,
@@ -196,7 +190,7 @@ impl<S: Sim> SignalEnv<S> {
         let along = || Along::new(&self.scene, &self.signals, self.world.side);
         self.along = self.collects_movements.then(along).flatten();
         (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
-        self.loggers.clear();
+        self.told.iter_mut().for_each(|told| *told = vec![Vec::new(); self.signals.len()]);
         Ok(())
     }
 
@@ -206,15 +200,24 @@ impl<S: Sim> SignalEnv<S> {
         self.collects_movements = collects;
     }
 
-    /// Has the events of the next episodes written, with advance detectors at a distance from stop lines, metres.
-    pub fn write_events(&mut self, advance_m: f64) {
-        self.writes_events = Some(advance_m);
+    /// Has what signals show in the next episodes kept.
+    pub fn keep_states(&mut self) {
+        self.told = Some(Vec::new());
     }
 
-    /// Returns what was written of the episode that has just ended.
-    pub fn take_recording(&mut self) -> Recording {
-        let loggers = std::mem::take(&mut self.loggers);
-        high_resolution::finish(loggers, &self.scene, self.world.side)
+    /// Returns what each signal was told to show in the episode that has just ended, as a program that shows it once.
+    pub fn shown_programs(&self) -> Vec<SignalProgram> {
+        let program = |(info, told): (&SignalInfo, &Vec<(f64, String)>)| {
+            let ends = told.iter().skip(1).map(|(from_s, _)| *from_s).chain([self.time_s]);
+            let phase = |((from_s, state), until_s): (&(f64, String), f64)| {
+                program::ProgramPhase::fixed(state, until_s - from_s)
+            };
+            let phases = told.iter().zip(ends).map(phase).collect();
+            let offset_s = told.first()?.0;
+            let kind = program::ProgramKind::Static;
+            Some(SignalProgram { offset_s, ..SignalProgram::new(&info.id, kind, phases) })
+        };
+        self.scene.signals.iter().zip(self.told.iter().flatten()).filter_map(program).collect()
     }
 
     /// Returns who wants to cross at each signal; none where they push no buttons.
@@ -412,62 +415,7 @@ impl<S: Sim> SignalEnv<S> {
                     running(&self.scene.signals[i], installed, offset_s(drive), &self.on_red[i]);
             }
         }
-        if let Some(advance_m) = self.writes_events {
-            self.loggers = (drives.iter().enumerate())
-                .map(|(i, drive)| self.logger(i, drive, advance_m))
-                .collect::<Result<_, _>>()?;
-        }
         self.observe()
-    }
-
-    /// Returns what writes the events of a signal that is about to begin.
-    fn logger(&self, i: usize, drive: &Drive, advance_m: f64) -> Result<Logger, SimError> {
-        let (info, signal) = (&self.scene.signals[i], &self.signals[i]);
-        let plan = match drive {
-            Drive::Existing => Some(self.world.existing(info)?),
-            _ => None,
-        };
-        let phasing = match &self.rings[i] {
-            Some(rings) => Ok(rings.phasing()),
-            None => {
-                let running = self.programs[i].as_ref().map(|running| &running.program);
-                let program = running.or_else(|| Some(self.cabinets[i].as_ref()?.program()));
-                let phases = program.into_iter().flat_map(|program| &program.phases);
-                let shown: Vec<String> = phases.map(|phase| phase.state.clone()).collect();
-                phasing(&self.scene, info, signal, plan, &shown)
-            }
-        };
-        let phasing =
-            phasing.map_err(|reason| SimError::Signal { signal: info.id.clone(), reason })?;
-        let running = self.programs[i].as_ref();
-        let knows_red = running.is_none_or(|running| !running.own);
-        let detection_m = self.signal_settings.detection_m;
-        let mut logger = Logger::new(
-            i,
-            phasing.clone(),
-            knows_red,
-            (&self.scene, signal),
-            (advance_m, detection_m),
-        );
-        let whole_s = |s: f64| Some(s).filter(|s| *s >= 0.0).map(|s| s.round() as u32);
-        let cycle = match (plan, running) {
-            (Some(plan), _) if plan.control != Control::Actuated => {
-                let (timed, cycle_s) = schedule(plan);
-                let split = |(phase, t): (&PlanPhase, &Timed)| {
-                    (phase.number, t.green_s + t.yellow_s + t.all_red_s)
-                };
-                let splits_s = plan.phases.iter().zip(&timed).map(split).collect();
-                Some(CommonCycle { cycle_s, offset_s: None, splits_s })
-            }
-            (None, Some(running)) if running.program.kind == ProgramKind::Static => {
-                let offset_s = whole_s(running.offset_s).filter(|_| !running.own);
-                let cycle = cycle_of(&running.program.phases, &phasing, knows_red);
-                cycle.map(|cycle| CommonCycle { offset_s, ..cycle })
-            }
-            _ => self.rings[i].as_ref().and_then(DualRing::cycle),
-        };
-        cycle.iter().for_each(|cycle| logger.coordinate(self.time_s, cycle));
-        Ok(logger)
     }
 
     /// Returns the programs that all signals run since [`Self::drive`], in their order; `None` where a
@@ -508,13 +456,17 @@ impl<S: Sim> SignalEnv<S> {
         let sheet = |(signal, rings): (&SignalInfo, &Option<DualRing>)| {
             let rings = rings.as_ref()?;
             let names = link_names(&self.scene, signal, self.world.side);
-            let cycle = rings.cycle();
+            let cycle = rings.cycle_s();
             Some(SignalProgram {
-                offset_s: cycle.as_ref().and_then(|cycle| cycle.offset_s).map_or(0.0, f64::from),
-                cycle_s: cycle.map(|cycle| cycle.cycle_s),
+                offset_s: cycle.map_or(0.0, |(_, yields_s)| f64::from(yields_s)),
+                cycle_s: cycle.map(|(cycle_s, _)| cycle_s),
                 stages: rings.stages().cloned(),
                 rings: rings.sheet(&names),
-                ..SignalProgram::new(&signal.id, program::ProgramKind::DualRing, Vec::new())
+                ..SignalProgram::new(
+                    &signal.id,
+                    program::ProgramKind::DualRing,
+                    rings.cycle().to_vec(),
+                )
             })
         };
         rings.filter_map(sheet).collect()
@@ -551,7 +503,7 @@ impl<S: Sim> SignalEnv<S> {
             if self.rings.iter().any(Option::is_some)
                 || self.pedestrians.iter().any(Option::is_some)
                 || self.along.is_some()
-                || !self.loggers.is_empty()
+                || self.told.is_some()
                 || (self.by_movement.is_some() && self.programs.iter().any(Option::is_some))
             {
                 seconds = seconds.min(1);
@@ -560,7 +512,7 @@ impl<S: Sim> SignalEnv<S> {
             self.run(seconds)?;
             self.let_pedestrians_follow_programs(seconds)?;
             self.note_lights(seconds)?;
-            self.write_second(seconds)?;
+            self.note_states(seconds)?;
             if let Some(along) = &mut self.along {
                 self.sim.observe(&mut self.snapshot)?;
                 along.second(&self.snapshot, self.time_s);
@@ -651,29 +603,20 @@ impl<S: Sim> SignalEnv<S> {
         Ok(())
     }
 
-    /// Writes the events of the second that has just gone by, where somebody asks for them.
-    fn write_second(&mut self, seconds: u32) -> Result<(), SimError> {
-        if seconds == 0 || self.loggers.is_empty() {
-            return Ok(());
-        }
+    /// Notes what SUMO was told to show in the second that has just gone by, where somebody asks for it.
+    fn note_states(&mut self, seconds: u32) -> Result<(), SimError> {
+        let Some(told) = self.told.as_mut().filter(|_| seconds > 0) else { return Ok(()) };
         self.sim.observe(&mut self.snapshot)?;
-        let span_s = (self.time_s - f64::from(seconds), self.time_s);
-        for (i, logger) in self.loggers.iter_mut().enumerate() {
+        for (i, told) in told.iter_mut().enumerate() {
             let state = lights(&self.programs, &self.shown, &self.snapshot.phases, i);
-            if let Some(state) = state {
-                // A program was told to SUMO as it is here.
-                match &self.programs[i] {
-                    Some(_) => logger.tell(span_s, state),
-                    None => logger.tell(span_s, &self.on_red[i].shown(state)),
-                }
-                let rings = self.rings[i].as_ref();
-                let rings = rings.map(|rings| (rings.green_phases().collect(), rings.ended()));
-                logger.show(&Shown { at_s: span_s.0, state, rings });
+            // A program was told to SUMO as it is here.
+            let state = state.map(|state| match &self.programs[i] {
+                Some(_) => state.clone(),
+                None => self.on_red[i].shown(state),
+            });
+            if let Some(state) = state.filter(|state| told.last().is_none_or(|t| t.1 != *state)) {
+                told.push((self.time_s - f64::from(seconds), state));
             }
-            if let Some(pedestrians) = &mut self.pedestrians[i] {
-                logger.walk(span_s.0, pedestrians);
-            }
-            logger.see(&self.snapshot, span_s);
         }
         Ok(())
     }
@@ -806,45 +749,5 @@ fn running(
     match installed {
         Some(program) => Some(made(program, false)),
         None => own().map(|program| made(program, true)),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::testing::{crossing, minute};
-    use super::*;
-    use crate::env::high_resolution::code;
-    use crate::sim::ProgramPhase;
-    use crate::sim::mock::MockSim;
-
-    #[test]
-    fn pedestrians_begin_to_walk_when_the_green_of_a_program_begins() {
-        let mut scene = crossing(&[("s_0", 180.0, "s"), ("w_0", 270.0, "s")], &["Gr", "rG"]);
-        let phases = ["Gr", "rG"].map(|state| ProgramPhase::fixed(state, 10.0));
-        scene.signals[0].programs[0].phases = phases.to_vec();
-        let settings = SignalSettings {
-            pedestrians: true,
-            pedestrian_calls_per_h: Some(60.0),
-            ..SignalSettings::default()
-        };
-        let folder = tempfile::tempdir().unwrap();
-        let mut env = SignalEnv::new(
-            MockSim::new(scene, vec![]),
-            minute(None),
-            settings,
-            SimulationSettings::default(),
-            folder.path().to_path_buf(),
-        );
-        env.reset(1).unwrap();
-        env.write_events(60.0);
-        env.drive(&[Drive::OwnProgram]).unwrap();
-        while !env.step(&[GreenPhase(0)]).unwrap().truncated {}
-        env.finish().unwrap();
-        let events = env.take_recording().events;
-        let begins = |code: u16| -> Vec<(i64, u32)> {
-            events.iter().filter(|e| e.code == code).map(|e| (e.at_ds, e.parameter)).collect()
-        };
-        assert_eq!(begins(code::BEGIN_GREEN).len(), 6);
-        assert_eq!(begins(code::BEGIN_WALK), begins(code::BEGIN_GREEN));
     }
 }

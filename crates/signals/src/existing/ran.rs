@@ -107,7 +107,7 @@ pub fn of_program(
         found
     };
     let phases: Vec<PlanPhase> = (1u32..)
-        .zip(greens(program, true))
+        .zip(greens(program))
         .map(|(number, green)| {
             let movements = of(&green.state, 'G');
             let mut yielding = of(&green.state, 'g');
@@ -140,7 +140,7 @@ pub fn of_program(
 
 /// Returns the greens of a program with what comes after each; phases before the first green belong to
 /// the last.
-pub fn greens(program: &SignalProgram, with_changes: bool) -> Vec<Green> {
+pub fn greens(program: &SignalProgram) -> Vec<Green> {
     let phases = &program.phases;
     let is_actuated = program.kind == ProgramKind::Actuated;
     let green = |p: &ProgramPhase| Green {
@@ -151,9 +151,6 @@ pub fn greens(program: &SignalProgram, with_changes: bool) -> Vec<Green> {
         all_red_s: 0.0,
         walk_s: p.walk_s.zip(p.clearance_s).and_then(|(walk, clear)| people(walk, clear)),
     };
-    if !with_changes {
-        return phases.iter().map(green).collect();
-    }
     let starts = starts(program);
     let mut greens: Vec<Green> = starts.iter().map(|i| green(&phases[*i])).collect();
     for (k, start) in starts.iter().enumerate() {
@@ -217,8 +214,8 @@ mod tests {
         SignalProgram::new("c", ProgramKind::Static, phases)
     }
 
-    fn found(phases: &[(&str, f64)], with_changes: bool) -> Vec<(String, [f64; 3])> {
-        let greens = greens(&program(phases), with_changes);
+    fn found(phases: &[(&str, f64)]) -> Vec<(String, [f64; 3])> {
+        let greens = greens(&program(phases));
         greens.into_iter().map(|g| (g.state, [g.green_s, g.yellow_s, g.all_red_s])).collect()
     }
 
@@ -227,15 +224,15 @@ mod tests {
         let cycle =
             [("rr", 1.0), ("Gr", 30.0), ("yr", 4.0), ("rr", 2.0), ("rG", 20.0), ("ry", 3.0)];
         let expected = [("Gr".to_owned(), [30.0, 4.0, 2.0]), ("rG".to_owned(), [20.0, 3.0, 1.0])];
-        assert_eq!(found(&cycle, true), expected);
+        assert_eq!(found(&cycle), expected);
     }
 
     #[test]
     fn a_single_green_and_none_at_all() {
-        assert_eq!(found(&[("GG", 90.0)], true), [("GG".to_owned(), [90.0, 0.0, 0.0])]);
-        assert_eq!(found(&[("GG", 9.0), ("rr", 1.0)], true)[0].1, [9.0, 0.0, 1.0]);
-        assert_eq!(found(&[], true), []);
-        assert_eq!(found(&[("rr", 9.0)], true), []);
+        assert_eq!(found(&[("GG", 90.0)]), [("GG".to_owned(), [90.0, 0.0, 0.0])]);
+        assert_eq!(found(&[("GG", 9.0), ("rr", 1.0)])[0].1, [9.0, 0.0, 1.0]);
+        assert_eq!(found(&[]), []);
+        assert_eq!(found(&[("rr", 9.0)]), []);
     }
 
     #[test]

@@ -85,7 +85,7 @@ impl Exec {
         let limit = self.answer;
         let running = self.running.as_mut().expect("it was started");
         // An answer that is left over would be taken for that to the next question, and so on to the end.
-        let unasked = running.pipes.unasked().map(<[u8]>::to_vec);
+        let unasked = running.pipes.unasked();
         if let Ok(more) = &unasked
             && !more.is_empty()
         {
@@ -94,7 +94,7 @@ impl Exec {
                 "it said {text:?} without being asked; it answers with one line, and anything else goes to standard error"
             )));
         }
-        let answer = unasked.and_then(|_| running.pipes.ask(&line_of(question), limit));
+        let answer = unasked.and_then(|_| running.pipes.ask(line_of(question), limit));
         let text = match answer {
             Ok(text) => text,
             Err(Silence::Unreadable(e)) => {
@@ -237,7 +237,7 @@ impl Running {
 
     /// Ends it, and returns its last words on standard error.
     fn end(mut self) -> Vec<String> {
-        self.pipes.part(&line_of(&Question::End {}));
+        self.pipes.part(line_of(&Question::End {}));
         if self.wait().is_none() {
             // It may have ended by itself meanwhile.
             let _ = self.child.kill();

@@ -1,20 +1,16 @@
-//! Lines to and from a process, without a thread and never waiting longer than allowed: neither one that does not answer
-//! nor one that does not read can hold up whoever asks.
+//! Lines to and from a process, each direction in a thread of its own: neither a process that does not answer nor one that does
+//! not read can hold up whoever asks.
 
-use std::fs::File;
-use std::io::{self, Read, Write};
-use std::os::fd::OwnedFd;
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::process::{ChildStdin, ChildStdout};
-use std::time::{Duration, Instant};
-
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::io::{Errno, ioctl_fionbio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::thread;
+use std::time::Duration;
 
 /// Longest line that is read, bytes.
 pub(super) const MOST_LINE: usize = 1 << 20;
-
-/// Bytes that are read at once: what a pipe holds.
-const AT_ONCE: usize = 1 << 16;
 
 /// Why there is no answer.
 #[derive(Debug)]
@@ -27,16 +23,18 @@ pub(super) enum Silence {
     Unreadable(io::Error),
 }
 
+/// A line without its end, and what had come after it by then.
+type Answer = (Vec<u8>, Vec<u8>);
+
 /// Both pipes of a process.
 #[derive(Debug)]
 pub(super) struct Pipes {
     /// `None` once nothing can be said any more.
-    questions: Option<File>,
-    answers: File,
-    /// What was read and is not yet handed out.
-    read: Vec<u8>,
-    /// Whether anything ever came.
-    was_heard: bool,
+    questions: Option<Sender<Vec<u8>>>,
+    answers: Receiver<io::Result<Answer>>,
+    unasked: Vec<u8>,
+    /// Whether anything ever came, be it no whole line.
+    was_heard: Arc<AtomicBool>,
 }
 
 impl Pipes {
@@ -44,30 +42,47 @@ impl Pipes {
     ///
     /// # Errors
     ///
-    /// [`io::Error`] when the system refuses to change how they wait.
-    pub(super) fn new(questions: ChildStdin, answers: ChildStdout) -> io::Result<Self> {
-        let (questions, answers) = (OwnedFd::from(questions), OwnedFd::from(answers));
-        // Of our ends alone: the other ends are other descriptions, which wait as they did.
-        ioctl_fionbio(&questions, true)?;
-        ioctl_fionbio(&answers, true)?;
-        let (questions, answers) = (Some(questions.into()), answers.into());
-        Ok(Self { questions, answers, read: Vec::new(), was_heard: false })
+    /// [`io::Error`] when the system has no thread more.
+    pub(super) fn new(mut questions: ChildStdin, answers: ChildStdout) -> io::Result<Self> {
+        let (ask, asked) = mpsc::channel::<Vec<u8>>();
+        // One that talks without end is not listened to without end.
+        let (answer, answered) = mpsc::sync_channel(1);
+        let was_heard = Arc::new(AtomicBool::new(false));
+        let heard = Arc::clone(&was_heard);
+        let say = move || {
+            // One that reads no more may still have answered; if not, that is what is told.
+            let _ = asked.iter().try_for_each(|line| questions.write_all(&line));
+        };
+        let listen = move || {
+            let mut reader = BufReader::with_capacity(1 << 16, answers);
+            while let Some(line) = next_line(&mut reader, &heard).transpose() {
+                let is_last = line.is_err();
+                let line = line.map(|line| (line, reader.buffer().to_vec()));
+                if answer.send(line).is_err() || is_last {
+                    return;
+                }
+            }
+        };
+        thread::Builder::new().spawn(say)?;
+        thread::Builder::new().spawn(listen)?;
+        Ok(Self { questions: Some(ask), answers: answered, unasked: Vec::new(), was_heard })
     }
 
     /// Whether anything ever came, be it no whole line.
     pub(super) fn was_heard(&self) -> bool {
-        self.was_heard
+        self.was_heard.load(Ordering::Relaxed)
     }
 
-    /// Returns what came without a question since the last answer; nothing where the pipe was closed.
+    /// Returns what came without a question since the last answer.
     ///
     /// # Errors
     ///
     /// [`Silence::Unreadable`].
-    pub(super) fn unasked(&mut self) -> Result<&[u8], Silence> {
-        match self.listen() {
-            Ok(()) | Err(Silence::Closed) => Ok(&self.read),
-            Err(e) => Err(e),
+    pub(super) fn unasked(&mut self) -> Result<Vec<u8>, Silence> {
+        match self.answers.try_recv() {
+            Ok(Ok((line, _))) => Ok(line),
+            Ok(Err(e)) => Err(Silence::Unreadable(e)),
+            Err(_) => Ok(std::mem::take(&mut self.unasked)),
         }
     }
 
@@ -76,93 +91,48 @@ impl Pipes {
     /// # Errors
     ///
     /// Why there is none.
-    pub(super) fn ask(&mut self, line: &[u8], limit: Duration) -> Result<Vec<u8>, Silence> {
-        // None: a limit beyond what clocks count to is none.
-        let end = Instant::now().checked_add(limit);
-        let mut unsaid = line;
-        loop {
-            unsaid = self.say(unsaid);
-            if unsaid.is_empty()
-                && let Some(answer) = self.line()?
-            {
-                return Ok(answer);
+    pub(super) fn ask(&mut self, line: Vec<u8>, limit: Duration) -> Result<Vec<u8>, Silence> {
+        if let Some(questions) = &self.questions {
+            // See `say`.
+            let _ = questions.send(line);
+        }
+        match self.answers.recv_timeout(limit) {
+            Ok(Ok((line, after))) => {
+                self.unasked = after;
+                Ok(line)
             }
-            let mut ready = vec![PollFd::new(&self.answers, PollFlags::IN)];
-            if let Some(questions) = self.questions.as_ref().filter(|_| !unsaid.is_empty()) {
-                ready.push(PollFd::new(questions, PollFlags::OUT));
-            }
-            let left = end.map(|end| end.saturating_duration_since(Instant::now()));
-            let left = left.and_then(|left| Timespec::try_from(left).ok());
-            match poll(&mut ready, left.as_ref()) {
-                Ok(0) => return Err(Silence::Late),
-                Ok(_) | Err(Errno::INTR) => {}
-                Err(e) => return Err(Silence::Unreadable(e.into())),
-            }
-            self.listen()?;
+            Ok(Err(e)) => Err(Silence::Unreadable(e)),
+            Err(RecvTimeoutError::Timeout) => Err(Silence::Late),
+            Err(RecvTimeoutError::Disconnected) => Err(Silence::Closed),
         }
     }
 
     /// Says a last line, as far as there is somebody to hear it, and closes that pipe.
-    pub(super) fn part(&mut self, line: &[u8]) {
-        self.say(line);
-        self.questions = None;
+    pub(super) fn part(&mut self, line: Vec<u8>) {
+        // See `say`.
+        let _ = self.questions.take().map(|questions| questions.send(line));
     }
+}
 
-    /// Says what fits into the pipe, and returns the rest.
-    fn say<'a>(&mut self, mut line: &'a [u8]) -> &'a [u8] {
-        while let Some(questions) = self.questions.as_mut().filter(|_| !line.is_empty()) {
-            match questions.write(line) {
-                Ok(count) => line = &line[count..],
-                Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-                Err(e) if e.kind() == io::ErrorKind::WouldBlock => return line,
-                // One that reads no more may still have answered; if not, that is what is told.
-                Err(_) => self.questions = None,
-            }
+/// Returns the next line without its end; `None` where there is none.
+fn next_line(reader: &mut impl BufRead, heard: &AtomicBool) -> io::Result<Option<Vec<u8>>> {
+    let is_over = reader.fill_buf()?.is_empty();
+    heard.fetch_or(!is_over, Ordering::Relaxed);
+    let mut line = Vec::new();
+    reader.take(MOST_LINE as u64).read_until(b'\n', &mut line)?;
+    match line.pop() {
+        Some(b'\n') => Ok(Some(line)),
+        _ if line.len() + 1 >= MOST_LINE => {
+            Err(io::Error::other(format!("its line has more than {MOST_LINE} bytes")))
         }
-        &[]
-    }
-
-    /// Reads what is there.
-    fn listen(&mut self) -> Result<(), Silence> {
-        let before = self.read.len();
-        if before > 2 * MOST_LINE {
-            let what = "it says much more than it is asked for";
-            return Err(Silence::Unreadable(io::Error::other(what)));
-        }
-        self.read.resize(before + AT_ONCE, 0);
-        let count = self.answers.read(&mut self.read[before..]);
-        self.read.truncate(before + count.as_ref().copied().unwrap_or(0));
-        match count {
-            Ok(0) => Err(Silence::Closed),
-            Ok(_) => {
-                self.was_heard = true;
-                Ok(())
-            }
-            Err(e) => match e.kind() {
-                io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted => Ok(()),
-                _ => Err(Silence::Unreadable(e)),
-            },
-        }
-    }
-
-    /// Takes the first whole line of what was read.
-    fn line(&mut self) -> Result<Option<Vec<u8>>, Silence> {
-        let end = self.read.iter().position(|byte| *byte == b'\n');
-        if end.unwrap_or(self.read.len()) >= MOST_LINE {
-            let what = format!("its line has more than {MOST_LINE} bytes");
-            return Err(Silence::Unreadable(io::Error::other(what)));
-        }
-        let Some(end) = end else { return Ok(None) };
-        let rest = self.read.split_off(end + 1);
-        let mut line = std::mem::replace(&mut self.read, rest);
-        line.pop();
-        Ok(Some(line))
+        _ => Ok(None),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use std::process::{Child, Command, Stdio};
+    use std::time::Instant;
 
     use super::*;
 
@@ -174,19 +144,20 @@ mod tests {
         (child, pipes)
     }
 
+    const LIMIT: Duration = Duration::from_secs(20);
+
     #[test]
     fn lines_of_any_length_go_both_ways() {
         let (mut child, mut pipes) = shell("exec cat");
-        let limit = Duration::from_secs(20);
-        assert_eq!(pipes.ask(b"one\ntwo\n", limit).unwrap(), b"one");
-        assert_eq!(pipes.ask(b"three\n", limit).unwrap(), b"two", "in the order of what is said");
-        assert_eq!(pipes.ask(b"", limit).unwrap(), b"three");
+        assert_eq!(pipes.ask(b"one\ntwo\n".to_vec(), LIMIT).unwrap(), b"one");
+        assert_eq!(pipes.ask(b"three\n".to_vec(), LIMIT).unwrap(), b"two", "in their order");
+        assert_eq!(pipes.ask(Vec::new(), LIMIT).unwrap(), b"three");
         // More than both pipes hold: whoever only said and then listened would wait for good.
         let mut long = vec![b'x'; MOST_LINE - 1];
         long.push(b'\n');
-        assert_eq!(pipes.ask(&long, limit).unwrap().len(), MOST_LINE - 1);
+        assert_eq!(pipes.ask(long.clone(), LIMIT).unwrap().len(), MOST_LINE - 1);
         long.insert(0, b'x');
-        assert!(matches!(pipes.ask(&long, limit), Err(Silence::Unreadable(_))));
+        assert!(matches!(pipes.ask(long, LIMIT), Err(Silence::Unreadable(_))));
         drop(pipes);
         child.wait().unwrap();
     }
@@ -194,13 +165,12 @@ mod tests {
     #[test]
     fn what_comes_without_a_question_is_seen_before_the_next_one() {
         let (mut child, mut pipes) = shell("read x; echo one; read x; printf 'two\\nmore'; read x");
-        let limit = Duration::from_secs(20);
-        assert_eq!(pipes.ask(b"x\n", limit).unwrap(), b"one");
+        assert_eq!(pipes.ask(b"x\n".to_vec(), LIMIT).unwrap(), b"one");
         assert_eq!(pipes.unasked().unwrap(), b"");
-        assert_eq!(pipes.ask(b"x\n", limit).unwrap(), b"two");
-        pipes.part(b"");
-        child.wait().unwrap();
+        assert_eq!(pipes.ask(b"x\n".to_vec(), LIMIT).unwrap(), b"two");
         assert_eq!(pipes.unasked().unwrap(), b"more");
+        pipes.part(Vec::new());
+        child.wait().unwrap();
     }
 
     #[test]
@@ -208,30 +178,20 @@ mod tests {
         let (mut child, mut pipes) = shell("exec sleep 20");
         let begin = Instant::now();
         let long = vec![b'x'; 1 << 20];
-        assert!(matches!(pipes.ask(&long, Duration::from_millis(50)), Err(Silence::Late)));
-        pipes.part(&long);
+        let limit = Duration::from_millis(50);
+        assert!(matches!(pipes.ask(long.clone(), limit), Err(Silence::Late)));
+        pipes.part(long);
         assert!(begin.elapsed() < Duration::from_secs(10));
         child.kill().unwrap();
         child.wait().unwrap();
-        assert!(matches!(pipes.ask(b"", Duration::from_secs(20)), Err(Silence::Closed)));
+        assert!(matches!(pipes.ask(Vec::new(), LIMIT), Err(Silence::Closed)));
     }
 
     #[test]
     fn one_that_answers_without_reading_is_heard() {
         let (mut child, mut pipes) = shell("exec <&-; echo here");
         child.wait().unwrap();
-        let limit = Duration::from_secs(20);
-        assert_eq!(pipes.ask(&vec![b'x'; 1 << 20], limit).unwrap(), b"here");
-        assert!(matches!(pipes.ask(b"x\n", limit), Err(Silence::Closed)));
-    }
-
-    #[test]
-    fn one_that_talks_without_end_is_not_listened_to_without_end() {
-        let (mut child, mut pipes) = shell("exec yes");
-        let long = vec![b'x'; 1 << 20];
-        let answer = pipes.ask(&long, Duration::from_secs(20));
-        assert!(matches!(answer, Err(Silence::Unreadable(_))), "{answer:?}");
-        child.kill().unwrap();
-        child.wait().unwrap();
+        assert_eq!(pipes.ask(vec![b'x'; 1 << 20], LIMIT).unwrap(), b"here");
+        assert!(matches!(pipes.ask(b"x\n".to_vec(), LIMIT), Err(Silence::Closed)));
     }
 }

@@ -114,6 +114,7 @@ fn write(source: &Source, edits: &[Edit], path: &Path) -> Result<(), FileError> 
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
     use std::fs;
 
     use super::*;
@@ -126,7 +127,7 @@ mod tests {
         let text = format!("<c><n v='n.xml'/><a v='{}'/></c>", files[0].0);
         fs::write(folder.join("a.sumocfg"), text).unwrap();
         let config = SumoConfig::read(&folder.join("a.sumocfg")).unwrap();
-        let sources = Sources::of(&config, false);
+        let sources = Sources::of(&config, &BTreeSet::new());
         assert_eq!((&config.obstacles[..], &sources.obstacles[..]), (&[][..], &[][..]));
         (config, sources)
     }

@@ -55,8 +55,7 @@ impl Intake {
     /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is no configuration.
     pub fn read(path: &Path, given: &Given) -> Result<Self, SimError> {
         let config = SumoConfig::read(path)?;
-        let outside = given.accept.contains(&Accept::OutsideFiles);
-        let sources = Sources::of(&config, outside);
+        let sources = Sources::of(&config, &given.accept);
         let (mut obstacles, mut notes) = (Vec::new(), config.notes.clone());
         for obstacle in config.obstacles.iter().chain(&sources.obstacles) {
             match &obstacle.way {

@@ -24,6 +24,8 @@ pub enum Accept {
     UnknownOptions,
     /// Files of the scenario draw in files that lie outside its folders
     OutsideFiles,
+    /// Classes of vehicles that only a newer SUMO knows (container, drone, ...) are left out of networks
+    NewerClasses,
 }
 
 impl Accept {

@@ -139,19 +139,16 @@ pub fn scan(
         let line = positions.binary_search(&position).map_or(0, |at| lines[at]);
         format!("{}: line {line}", path.display())
     };
-    let Look { mut scanned, found, departures, outputs, output, first_output, late, more, .. } =
-        look;
-    for Found { position, reason, way } in found {
+    let Look { mut scanned, found, departures, outputs, output, first_output, late, .. } = look;
+    for Found { position, mut reason, way, count } in found {
         let place = at(position);
+        if count > 1 {
+            reason = format!("{reason} ({count} of the kind)");
+        }
         match way {
             Some(way) => scanned.obstacles.push(Obstacle { place, reason, way }),
             None => scanned.notes.push(format!("{place}: {reason}")),
         }
-    }
-    if more > 0 {
-        let reason = format!("{more} more of the kind");
-        let place = path.display().to_string();
-        scanned.obstacles.push(Obstacle { place, reason, way: Way::Change("") });
     }
     scanned.outputs = output.map(|position| (outputs, format!("{}, {first_output}", at(position))));
     (scanned.first_s, scanned.last_s) = (departures.first_s, departures.last_s);

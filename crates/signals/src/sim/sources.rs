@@ -2,7 +2,7 @@
 //!
 //! What is found in each is in [`super::scan`].
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
@@ -49,8 +49,10 @@ impl Sources {
     ///
     /// # Arguments
     ///
-    /// * `outside` — whether files may draw in others that lie in none of the folders that the configuration names.
-    pub fn of(config: &SumoConfig, outside: bool) -> Self {
+    /// * `accept` — what the user accepts: files that lie in none of the folders that the configuration names, and networks
+    ///   without classes of vehicles that only a newer SUMO knows.
+    pub fn of(config: &SumoConfig, accept: &BTreeSet<Accept>) -> Self {
+        let outside = accept.contains(&Accept::OutsideFiles);
         let mut all = Self::default();
         let mut known: BTreeMap<PathBuf, usize> = BTreeMap::new();
         let mut folders = Vec::new();
@@ -62,6 +64,10 @@ impl Sources {
         let mut next = 0;
         while let Some(Source { name, path, .. }) = all.files.get(next).cloned() {
             let scanned = match path.metadata() {
+                Err(_) if name.contains('\\') => Err((
+                    "the scenario names it in the way of Windows".to_owned(),
+                    "write slashes, and the way from the folder of the file that names it",
+                )),
                 Err(_) => {
                     Err(("the scenario names it, but it cannot be read".to_owned(), "add it"))
                 }
@@ -76,6 +82,9 @@ impl Sources {
                 Scanned::default()
             });
             all.obstacles.append(&mut scanned.obstacles);
+            if accept.contains(&Accept::NewerClasses) {
+                scanned.edits.extend(scanned.newer_classes.iter().cloned());
+            }
             let mut names = Vec::new();
             for named in &scanned.named {
                 let beside = |of: &Path| of.parent().unwrap_or(Path::new("")).join(&named.name);
@@ -121,6 +130,11 @@ impl Sources {
     /// Returns name and path of every file.
     pub fn named(&self) -> impl Iterator<Item = (&str, &Path)> {
         self.files.iter().map(|file| (file.name.as_str(), file.path.as_path()))
+    }
+
+    /// Whether a network names classes of vehicles that only a newer SUMO knows.
+    pub fn has_newer_classes(&self) -> bool {
+        self.files.iter().any(|file| !file.scanned.newer_classes.is_empty())
     }
 
     /// Whether programs change by the clock.

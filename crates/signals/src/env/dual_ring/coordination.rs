@@ -214,7 +214,7 @@ fn in_a_row(marked: Vec<bool>) -> Option<Run> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::rings::{Ending, Rings, Seen};
+    use super::super::rings::{Rings, Seen};
     use super::super::shapes::{GREENS, cross, settings, tee, timing};
     use super::*;
     use crate::control::dual_ring::{Config, Recall};
@@ -333,20 +333,17 @@ mod tests {
         assert_eq!((ends, cycle.cycle_s), ([0, 63, 50, 16], 63));
     }
 
-    /// Plays seconds of rings and returns (number, begin, end, reason) of every green that ended.
-    fn greens(
-        rings: &mut Rings,
-        on: &dyn Fn(u32, u32) -> bool,
-        seconds: u32,
-    ) -> Vec<(u32, u32, Option<Ending>)> {
+    /// Plays seconds of rings and returns number and second of every green that ended.
+    fn greens(rings: &mut Rings, on: &dyn Fn(u32, u32) -> bool, seconds: u32) -> Vec<(u32, u32)> {
         let mut ended = Vec::new();
         for second in 1..=seconds {
             let seen: Vec<bool> =
                 rings.plan().phases.iter().map(|p| on(p.number, second)).collect();
+            let before: Vec<usize> = rings.green_phases().collect();
             rings.second(&Seen { calls: seen.clone(), extends: seen, walk_s: Vec::new() });
-            let numbers =
-                rings.ended().iter().map(|(p, why)| (rings.plan().phases[*p].number, second, *why));
-            ended.extend(numbers);
+            let over =
+                before.into_iter().filter(|p| !rings.green_phases().any(|green| green == *p));
+            ended.extend(over.map(|p| (rings.plan().phases[p].number, second)));
         }
         ended
     }
@@ -363,19 +360,12 @@ mod tests {
             _ => false,
         };
         let ended = greens(&mut rings, &on, 240);
-        let force_off = Some(Ending::ForceOff);
         // Yield points at 40, 120, 200: offset 10 and 30 s of green. Nobody turns left at 40, so that the side street has
         // more, up to its force-off at 76; at 120 phase 1 has its turn, until vehicles are gone or its split is over at 132.
-        assert!(
-            ended.contains(&(2, 40, force_off)) && ended.contains(&(6, 40, force_off)),
-            "{ended:?}"
-        );
-        assert!(
-            ended.contains(&(4, 76, force_off)) && ended.contains(&(8, 76, force_off)),
-            "{ended:?}"
-        );
+        assert!(ended.contains(&(2, 40)) && ended.contains(&(6, 40)), "{ended:?}");
+        assert!(ended.contains(&(4, 76)) && ended.contains(&(8, 76)), "{ended:?}");
         assert!(ended.iter().any(|e| e.0 == 1 && (129..=132).contains(&e.1)), "{ended:?}");
-        assert!(ended.contains(&(4, 156, force_off)), "{ended:?}");
+        assert!(ended.contains(&(4, 156)), "{ended:?}");
         // At 200 nobody comes any more: the street stays green.
         assert!(!ended.iter().any(|e| e.1 > 205 && [2, 6].contains(&e.0)), "{ended:?}");
         assert!(rings.shown().starts_with("GGg"), "{}", rings.shown());

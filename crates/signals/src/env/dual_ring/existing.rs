@@ -329,7 +329,7 @@ pub fn fixed_cycle(
 
 #[cfg(test)]
 mod tests {
-    use super::super::rings::{Ending, Rings, Seen};
+    use super::super::rings::{Rings, Seen};
     use super::super::shapes::{settings, timing};
     use super::*;
     use crate::env::testing::crossing;
@@ -554,6 +554,14 @@ mod tests {
     }
 
     #[test]
+    fn a_movement_of_phases_that_end_together_is_red_for_as_long_as_the_longer_one_says() {
+        let mut plan = placed(Control::Actuated);
+        plan.phases[4].movements.push("NBR".into());
+        let shown = play(&plan, &[(4, 0..99)], 20);
+        assert_eq!(shown, expected(&[(MAIN, 5), (MAIN_ENDS, 4), (RED, 1), (SIDE, 10)]));
+    }
+
+    #[test]
     fn maximum_recall_lasts_the_longest_green_and_comes_in_every_cycle() {
         let mut plan = placed(Control::Actuated);
         for phase in [1, 2] {
@@ -642,8 +650,6 @@ mod tests {
         plan.phases[4].max_green_s = 50.0;
         let ended = greens(&plan, &[2, 6, 8], &[2, 4, 6, 8], 80);
         assert_eq!(ended, [(2, 0, 50), (6, 0, 50), (8, 55, 20)]);
-        let max_out = Some(Ending::MaxOut);
-        assert_eq!(first_end(&plan, &[2, 4, 6]), (50, vec![(2, max_out), (6, max_out)]));
     }
 
     #[test]
@@ -756,38 +762,6 @@ mod tests {
                 rings.second(&Seen { calls, extends, walk_s: Vec::new() });
             }
         }
-    }
-
-    /// Returns the first green that ends with vehicles on the detectors of some phases, its second and why it ends.
-    fn first_end(plan: &ExistingPlan, numbers: &[u32]) -> (u32, Vec<(u32, Option<Ending>)>) {
-        let mut rings = rings(plan);
-        for second in 1.. {
-            let phases = &rings.plan().phases;
-            let seen: Vec<bool> = phases.iter().map(|p| numbers.contains(&p.number)).collect();
-            rings.second(&Seen { calls: seen.clone(), extends: seen, walk_s: Vec::new() });
-            if !rings.ended().is_empty() {
-                let number = |phase: usize| rings.plan().phases[phase].number;
-                return (second, rings.ended().iter().map(|(p, why)| (number(*p), *why)).collect());
-            }
-        }
-        unreachable!("a second follows")
-    }
-
-    #[test]
-    fn a_green_says_why_it_ended() {
-        use Ending::{ForceOff, GapOut, MaxOut};
-        let actuated = placed(Control::Actuated);
-        let both = |why: Option<Ending>, other: Option<Ending>| vec![(2, why), (6, other)];
-        assert_eq!(first_end(&actuated, &[4]), (5, both(Some(GapOut), Some(GapOut))));
-        let max_out = both(Some(MaxOut), Some(MaxOut));
-        assert_eq!(first_end(&actuated, &[2, 4, 6]), (20, max_out));
-        // Phase 6 has a gap, and waits for phase 2.
-        assert_eq!(first_end(&actuated, &[2, 4]), (20, both(Some(MaxOut), Some(GapOut))));
-        let force_off = both(Some(ForceOff), Some(ForceOff));
-        let mut coordinated = placed(Control::Coordinated);
-        assert_eq!(first_end(&coordinated, &[2, 4, 6]).1, force_off);
-        coordinated.reference = vec![2];
-        assert_eq!(first_end(&coordinated, &[2, 4, 6]).1, force_off);
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //!   gives it right of way beside them, or SUMO says that their vehicles never meet, as a right turn into a lane of
 //!   its own.
 
+use fixedbitset::FixedBitSet as Set;
 use osm_signals::Turn;
 
 use crate::env::movements::turn_of;
@@ -39,11 +40,11 @@ pub(super) struct Links {
     pub(super) arrows_only: bool,
     /// Greens that the programs have.
     pub(super) states: Vec<String>,
-    together: Vec<Vec<bool>>,
-    free: Vec<Vec<bool>>,
-    yields: Vec<Vec<bool>>,
+    together: Vec<Set>,
+    free: Vec<Set>,
+    yields: Vec<Set>,
     /// Links that no green gives right of way.
-    minor: Vec<bool>,
+    minor: Set,
 }
 
 impl Links {
@@ -101,35 +102,31 @@ impl Links {
             (Some(a), Some(b)) => a.approach == b.approach,
             _ => a == b,
         };
-        let has = |state: &&[u8], link: usize| matches!(state[link], b'G' | b'g');
-        let both = |a, b| bytes.iter().any(|s| has(s, a) && has(s, b));
-        let together =
-            (0..count).map(|a| (0..count).map(|b| same(a, b) || both(a, b)).collect()).collect();
-        let protected = |a: usize, b: usize| bytes.iter().any(|s| (s[a], s[b]) == (b'G', b'G'));
-        let free = (0..count)
-            .map(|a| (0..count).map(|b| same(a, b) || protected(a, b)).collect())
-            .collect();
+        let any = |is: &dyn Fn(u8, u8) -> bool, a: usize, b: usize| {
+            bytes.iter().any(|state| is(state[a], state[b]))
+        };
+        let matrix = |is: &dyn Fn(usize, usize) -> bool| -> Vec<Set> {
+            (0..count).map(|a| (0..count).filter(|b| is(a, *b)).collect()).collect()
+        };
+        let is_green = |letter: u8| matches!(letter, b'G' | b'g');
         let yields = |a, b| {
             !same(a, b)
                 && may_meet(a, b)
-                && bytes.iter().any(|s| s[a] == b'g' && s[b] == b'G')
-                && !bytes.iter().any(|s| s[a] == b'G' && has(s, b))
+                && any(&|a, b| (a, b) == (b'g', b'G'), a, b)
+                && !any(&|a, b| a == b'G' && is_green(b), a, b)
         };
-        let yields = (0..count).map(|a| (0..count).map(|b| yields(a, b)).collect()).collect();
-        let minor = (0..count)
-            .map(|a| bytes.iter().any(|s| s[a] == b'g') && !bytes.iter().any(|s| s[a] == b'G'))
-            .collect();
+        let has = |link: &usize, letter: u8| bytes.iter().any(|state| state[*link] == letter);
         Self {
+            together: matrix(&|a, b| same(a, b) || any(&|a, b| is_green(a) && is_green(b), a, b)),
+            free: matrix(&|a, b| same(a, b) || any(&|a, b| (a, b) == (b'G', b'G'), a, b)),
+            yields: matrix(&yields),
+            minor: (0..count).filter(|l| has(l, b'g') && !has(l, b'G')).collect(),
             cars,
             headings,
             mixed,
             has_inner: false,
             arrows_only: false,
             states,
-            together,
-            free,
-            yields,
-            minor,
         }
     }
 
@@ -140,27 +137,49 @@ impl Links {
 
     /// Whether two links may be green together.
     pub(super) fn together(&self, a: usize, b: usize) -> bool {
-        self.together[a][b]
+        self.together[a].contains(b)
     }
 
     /// Whether two links may both have right of way.
     pub(super) fn free(&self, a: usize, b: usize) -> bool {
-        self.free[a][b]
+        self.free[a].contains(b)
+    }
+
+    /// Returns a set of links.
+    pub(super) fn set(&self, links: impl IntoIterator<Item = usize>) -> Set {
+        let mut set = Set::with_capacity(self.count());
+        set.extend(links);
+        set
     }
 
     /// Whether a link may be green beside others.
-    pub(super) fn fits(&self, link: usize, others: &[bool]) -> bool {
-        (0..self.count()).all(|other| !others[other] || self.together[link][other])
+    pub(super) fn fits(&self, link: usize, others: &Set) -> bool {
+        others.is_subset(&self.together[link])
     }
 
     /// Whether a link yields to another.
     pub(super) fn yields(&self, link: usize, to: usize) -> bool {
-        self.yields[link][to]
+        self.yields[link].contains(to)
+    }
+
+    /// Returns the links that a link yields to.
+    pub(super) fn yields_of(&self, link: usize) -> &Set {
+        &self.yields[link]
+    }
+
+    /// Whether a link yields to some of others.
+    pub(super) fn yields_to(&self, link: usize, others: &Set) -> bool {
+        !self.yields[link].is_disjoint(others)
+    }
+
+    /// Whether a link is a left turn that yields to some of others: it must not see yellow beside their green.
+    pub(super) fn is_trapped(&self, link: usize, others: &Set) -> bool {
+        self.turn(link) == Some(Turn::Left) && self.yields_to(link, others)
     }
 
     /// Whether no green gives a link right of way.
     pub(super) fn always_yields(&self, link: usize) -> bool {
-        self.minor[link]
+        self.minor.contains(link)
     }
 
     /// Returns the links of an approach.
@@ -186,27 +205,27 @@ impl Links {
     }
 
     /// Returns the letters of greens: `g` for those that yield to another that is green or coming.
-    pub(super) fn letters(&self, green: &[bool], coming: &[bool]) -> Vec<u8> {
+    pub(super) fn letters(&self, green: &Set, coming: &Set) -> String {
         let is_as = |state: &&String| {
-            state.bytes().zip(green).all(|(c, green)| matches!(c, b'G' | b'g') == *green)
+            state
+                .bytes()
+                .zip(0..self.count())
+                .all(|(c, l)| matches!(c, b'G' | b'g') == green.contains(l))
         };
-        if !coming.contains(&true)
-            && let Some(state) = self.states.iter().find(is_as)
-        {
-            return (state.bytes().zip(green))
-                .map(|(letter, green)| if *green { letter } else { b'r' })
-                .collect();
-        }
-        let yields = |link: usize| {
-            let to = |other: usize| (green[other] || coming[other]) && self.yields[link][other];
-            self.minor[link] || (0..self.count()).any(to)
-        };
-        let letter = |link: usize| match green[link] {
-            false => b'r',
-            true if yields(link) => b'g',
-            true => b'G',
+        let own = self.states.iter().find(is_as).filter(|_| coming.is_clear());
+        let met = green | coming;
+        let letter = |link: usize| match own {
+            _ if !green.contains(link) => 'r',
+            Some(state) => char::from(state.as_bytes()[link]),
+            None if self.always_yields(link) || self.yields_to(link, &met) => 'g',
+            None => 'G',
         };
         (0..self.count()).map(letter).collect()
+    }
+
+    /// Returns the state in which some links are green, and nothing else.
+    pub(super) fn plain(&self, green: &Set) -> String {
+        (0..self.count()).map(|l| if green.contains(l) { 'G' } else { 'r' }).collect()
     }
 }
 

@@ -6,7 +6,6 @@
 mod coordination;
 mod existing;
 mod links;
-mod phasing;
 mod plan;
 mod rings;
 #[cfg(test)]
@@ -25,12 +24,9 @@ use self::coordination::Stages;
 use self::existing::Wired;
 pub use self::existing::fixed_cycle;
 use self::links::Links;
-pub use self::phasing::{NumberedPhase, Phasing};
 use self::plan::Plan;
-pub use self::rings::Ending;
 use self::rings::{Rings, Seen};
 use super::derive::{DerivedSignal, PHASES_PROGRAM};
-use super::high_resolution::CommonCycle;
 use super::pedestrians::Pedestrians;
 use crate::timing::WALK_S;
 
@@ -40,6 +36,8 @@ pub struct DualRing {
     rings: Rings,
     seen: Seen,
     stages: Option<RingStages>,
+    /// The cycle of the stages, with what is shown between them.
+    cycle: Vec<ProgramPhase>,
 }
 
 impl DualRing {
@@ -80,10 +78,16 @@ impl DualRing {
         let (coordinated, offset_s) = (cycle.coordinated, cycle.offset_s);
         let stages = Stages { greens: &greens, coordinated, offset_s };
         let plan = stages.coordinate(plan, &links, &derived.timing, now_s.round() as u32)?;
-        let green = |(state, s): &(&str, u32)| ProgramPhase::fixed(*state, f64::from(*s));
-        let greens = greens.iter().map(green).collect();
+        let next = greens.iter().cycle().skip(1).map(|(state, _)| *state);
+        let cycle = greens.iter().zip(next).flat_map(|((state, s), next)| {
+            let change = derived.timing.between(state, next);
+            std::iter::once(((*state).to_owned(), *s)).chain(change)
+        });
+        let fixed = |(state, s): (String, u32)| ProgramPhase::fixed(state, f64::from(s));
+        let cycle = cycle.map(fixed).collect();
+        let greens = greens.iter().map(|(state, s)| fixed(((*state).to_owned(), *s))).collect();
         let stages = Some(RingStages { greens, offset_s, coordinated });
-        Ok(Self { stages, ..Self::of(links, plan, derived) })
+        Ok(Self { stages, cycle, ..Self::of(links, plan, derived) })
     }
 
     /// Returns the control of a signal that runs an existing plan and sees vehicles.
@@ -108,6 +112,7 @@ impl DualRing {
             rings: Rings::new(links, plan, derived.timing.clone()),
             seen: Seen { calls: none.clone(), extends: none, walk_s: Vec::new() },
             stages: None,
+            cycle: Vec::new(),
         }
     }
 
@@ -116,24 +121,11 @@ impl DualRing {
         self.rings.shown()
     }
 
-    /// Returns its phases as events number them.
-    pub fn phasing(&self) -> Phasing {
-        self.rings.phasing()
-    }
-
-    /// Returns the cycle that it keeps to, with the time at which the coordinated phases may end as its offset; nothing for an
-    /// existing plan, which says so itself.
-    pub(super) fn cycle(&self) -> Option<CommonCycle> {
-        let plan = self.rings.plan();
-        let coordination = plan.coordination.as_ref()?;
-        let splits = plan.phases.iter().zip(&coordination.splits_s);
-        Some(CommonCycle {
-            cycle_s: coordination.cycle_s,
-            offset_s: Some(coordination.yields_s?),
-            splits_s: splits
-                .filter_map(|(phase, split_s)| Some((phase.number, (*split_s)?)))
-                .collect(),
-        })
+    /// Returns the cycle that it keeps to and when its coordinated phases may end, seconds; nothing for an existing plan, which
+    /// says so itself.
+    pub(super) fn cycle_s(&self) -> Option<(u32, u32)> {
+        let coordination = self.rings.plan().coordination.as_ref()?;
+        Some((coordination.cycle_s, coordination.yields_s?))
     }
 
     /// Returns the stages that it follows within a cycle.
@@ -141,15 +133,9 @@ impl DualRing {
         self.stages.as_ref()
     }
 
-    /// Returns the phases that are green, as places in [`Self::phasing`].
-    pub fn green_phases(&self) -> impl Iterator<Item = usize> + '_ {
-        self.rings.green_phases()
-    }
-
-    /// Returns the phases whose green ended with the last second, and why; the reason is missing where the other ring
-    /// took a phase along.
-    pub fn ended(&self) -> &[(usize, Option<Ending>)] {
-        self.rings.ended()
+    /// Returns the cycle of the stages that it follows, with what is shown between them; empty in free operation.
+    pub fn cycle(&self) -> &[ProgramPhase] {
+        &self.cycle
     }
 
     /// Lets a second go by and returns what is shown from then on, if it is something else.
@@ -324,32 +310,4 @@ fn planned(
     links.has_inner = derived.spec.movements.iter().any(|movement| !movement.inner.is_empty());
     let plan = Plan::new(&links, &derived.own_greens, timing, config);
     (links, plan)
-}
-
-/// Returns the phases of a signal that runs no rings as events number them: those of a plan that was given, else those
-/// that `nema` has there.
-///
-/// # Arguments
-///
-/// * `shown` — all states that the signal may show.
-///
-/// # Errors
-///
-/// What of the signal the plan does not serve.
-pub fn phasing(
-    scene: &Scene,
-    signal: &SignalInfo,
-    derived: &DerivedSignal,
-    plan: Option<&ExistingPlan>,
-    shown: &[String],
-) -> Result<Phasing, String> {
-    let (links, plan) = match plan {
-        None => planned(scene, signal, derived, &Config::default()),
-        Some(plan) => {
-            let wired = Wired::new(plan, scene, signal)?;
-            let rings = wired.rings(&derived.timing);
-            (wired.links, rings)
-        }
-    };
-    Ok(Phasing::of(&links, &plan, shown))
 }

@@ -78,6 +78,13 @@ pub(super) struct Phase {
     pub(super) enters: bool,
 }
 
+impl Phase {
+    /// Returns yellow and red after it together, seconds.
+    pub(super) fn whole_change_s(&self) -> u32 {
+        self.change_s.0 + self.change_s.1
+    }
+}
+
 /// A cycle that a plan keeps to. Times are counted from when the first of the coordinated phases may end.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Coordination {
@@ -103,7 +110,7 @@ pub(super) struct Coordination {
 pub(super) type Side = [Vec<usize>; 2];
 
 /// The phases of a signal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Plan {
     /// The phases.
     pub(super) phases: Vec<Phase>,
@@ -146,20 +153,25 @@ impl Plan {
         sides
             && (0..links.count()).filter(|l| links.cars[*l].is_some()).all(|link| {
                 self.phases.iter().any(|p| p.links.contains(&link))
-                    || self.sides.iter().any(|side| self.at_rest(side, links)[link])
+                    || self.sides.iter().any(|side| self.at_rest(side, links, link))
             })
     }
 
-    /// Returns what is green while a side's last phases are.
-    pub(super) fn at_rest(&self, side: &Side, links: &Links) -> Vec<bool> {
-        let mut green = vec![false; links.count()];
-        for phase in side.iter().filter_map(|ring| ring.last()) {
-            self.phases[*phase].links.iter().for_each(|link| green[*link] = true);
-        }
+    /// Whether a link is green while a side's last phases are.
+    fn at_rest(&self, side: &Side, links: &Links, link: usize) -> bool {
+        let last = side.iter().filter_map(|ring| ring.last());
+        let mut green = links.set(last.flat_map(|phase| self.phases[*phase].links.iter().copied()));
         for &link in &self.overlaps {
-            green[link] = green[link] || links.fits(link, &green);
+            if links.fits(link, &green) {
+                green.insert(link);
+            }
         }
-        green
+        green.contains(link)
+    }
+
+    /// Whether a phase is green whoever comes, until the cycle lets it end.
+    pub(super) fn holds(&self, phase: usize) -> bool {
+        self.coordination.as_ref().is_some_and(|c| c.holds[phase])
     }
 }
 
@@ -173,42 +185,40 @@ struct Builder<'a> {
 impl Builder<'_> {
     /// Returns streets as two rings.
     fn rings(&self, streets: &[Street]) -> Plan {
-        let links = self.links;
-        let is_overlap = |link: &usize| matches!(links.turn(*link), None | Some(Turn::Right));
-        let mut plan = Plan {
-            phases: Vec::new(),
-            sides: Vec::new(),
-            overlaps: (0..links.count()).filter(is_overlap).collect(),
-            stages: false,
-            is_existing: false,
-            coordination: None,
-        };
-        let mut next_number = 9;
+        let is_overlap = |link: &usize| matches!(self.links.turn(*link), None | Some(Turn::Right));
+        let overlaps = (0..self.links.count()).filter(is_overlap).collect();
+        let mut plan = Plan { overlaps, ..Plan::default() };
         let crossings = self.crossings(streets);
         for (place, street) in streets.iter().enumerate() {
             let numbers: [u32; 4] = match place {
                 0 => [1, 2, 5, 6],
                 1 => [3, 4, 7, 8],
-                _ => {
-                    next_number += 4;
-                    std::array::from_fn(|i| next_number - 4 + i as u32)
-                }
+                _ => std::array::from_fn(|i| 9 + 4 * (place as u32 - 2) + i as u32),
             };
-            self.add(&mut plan, street, numbers, place == 0, &crossings);
+            self.add(&mut plan, street, numbers, self.recalls(place == 0), &crossings);
         }
         plan
+    }
+
+    /// Whether the phases of a street are served in every cycle.
+    fn recalls(&self, is_main: bool) -> bool {
+        match self.config.recall {
+            Recall::None => false,
+            Recall::Main => is_main,
+            Recall::All => true,
+        }
     }
 
     /// Returns per crosswalk the approach whose through phase it belongs to; none where it is closed.
     fn crossings(&self, streets: &[Street]) -> Vec<Option<usize>> {
         let headings = &self.links.headings;
         let of = |crossing: usize| {
-            let others = streets.iter().filter(|s| !s.approaches.contains(&crossing));
+            // Whoever comes from the right goes the other way: a quarter to the left.
             let beside = |a: &usize| {
                 let turn = turn_degrees(headings[*a], headings[crossing]);
-                // Whoever comes from the right goes the other way: a quarter to the left.
                 turn_degrees(TO_THE_LEFT_DEG, turn).abs()
             };
+            let others = streets.iter().filter(|s| !s.approaches.contains(&crossing));
             let approaches = others.flat_map(|s| s.approaches.iter().copied());
             approaches.min_by(|a, b| beside(a).total_cmp(&beside(b)))
         };
@@ -216,11 +226,42 @@ impl Builder<'_> {
         (0..self.timing.crossings()).map(open).collect()
     }
 
-    /// Returns the shortest green of a phase, seconds: that of a state, and of crosswalks in every cycle.
-    fn min_s(&self, state: &str, crossings: &[(usize, u32)]) -> u32 {
-        let recalls = self.timing.recalls_pedestrians();
-        let walk_s = crossings.iter().filter(|_| recalls).map(|c| c.1).max().unwrap_or(0);
-        self.timing.vehicle_green_s(state).max(walk_s)
+    /// Returns crosswalks with the time that they take, seconds.
+    fn timed(&self, is: impl Fn(&usize) -> bool) -> Vec<(usize, u32)> {
+        let all = (0..self.timing.crossings()).filter(is);
+        all.map(|crossing| (crossing, self.timing.crossing_s(crossing))).collect()
+    }
+
+    /// Returns a phase of some links that are green in a state, with crosswalks that are served in every cycle where others
+    /// do not push buttons.
+    fn phase(
+        &self,
+        number: u32,
+        serves: &'static str,
+        links: Vec<usize>,
+        state: &str,
+        crossings: Vec<(usize, u32)>,
+    ) -> Phase {
+        let change = self.timing.change(&self.state(&links), &self.state(&[]));
+        let walk_s = longest_s(&crossings);
+        let in_every_cycle_s = if self.timing.recalls_pedestrians() { walk_s } else { 0 };
+        let min_s = self.timing.vehicle_green_s(state).max(in_every_cycle_s);
+        let limit_s = self.timing.max_green_s(state);
+        Phase {
+            number,
+            serves,
+            change_s: change.map_or((0, 0), |change| (change.yellow_s, change.all_red_s)),
+            links,
+            detectors: Vec::new(),
+            crossings,
+            min_s,
+            max_s: within(self.config.max_green_s, limit_s, min_s.max(walk_s)),
+            limit_s,
+            passage_s: self.config.passage_s,
+            recall: false,
+            is_full: false,
+            enters: true,
+        }
     }
 
     fn add(
@@ -228,60 +269,29 @@ impl Builder<'_> {
         plan: &mut Plan,
         street: &Street,
         numbers: [u32; 4],
-        is_main: bool,
+        recall: bool,
         crossings: &[Option<usize>],
     ) {
         let links = self.links;
-        let state = &links.states[street.state];
-        let through = |approach: usize| -> Vec<usize> {
-            links.of_approach(approach).filter(|l| is_green(state, *l)).collect()
-        };
-        let recall = match self.config.recall {
-            Recall::None => false,
-            Recall::Main => is_main,
-            Recall::All => true,
-        };
-        let all: Vec<usize> = street.approaches.iter().flat_map(|a| through(*a)).collect();
-        let together = self.state(&all);
-        let of = |approach: usize| -> Vec<(usize, u32)> {
-            let own = crossings.iter().enumerate().filter(|(_, a)| **a == Some(approach));
-            own.map(|(crossing, _)| (crossing, self.timing.crossing_s(crossing))).collect()
-        };
-        let longest_walk_s = street.approaches.iter().flat_map(|a| of(*a)).map(|c| c.1).max();
-        let limit_s =
-            self.timing.max_green_s(&together).map(|max| max.max(longest_walk_s.unwrap_or(0)));
-        let max_s = self.max_s(
-            self.config.max_green_s,
-            self.min_s(&together, &[]).max(longest_walk_s.unwrap_or(0)),
-            limit_s,
+        let is_shown = |link: &usize| is_green(&links.states[street.state], *link);
+        let through = |approach: usize| links.of_approach(approach).filter(is_shown);
+        let together =
+            self.state(&street.approaches.iter().flat_map(|a| through(*a)).collect::<Vec<_>>());
+        let walk_s = longest_s(
+            &self.timed(|c| crossings[*c].is_some_and(|a| street.approaches.contains(&a))),
         );
-        let mut side: Side = [Vec::new(), Vec::new()];
+        let limit_s = self.timing.max_green_s(&together).map(|max| max.max(walk_s));
+        let least_s = self.timing.vehicle_green_s(&together).max(walk_s);
+        let max_s = within(self.config.max_green_s, limit_s, least_s);
+        let serves = if street.approaches.len() == 1 { "approach" } else { "through" };
+        let mut side = Side::default();
         for (ring, &approach) in street.approaches.iter().enumerate() {
-            let own_lefts = street.lefts[ring];
-            let own = through(approach);
-            let detectors = self.detectors(approach, &own, own_lefts);
-            let change_s = self.change_s(&own);
+            let own: Vec<usize> = through(approach).collect();
+            let detectors = self.detectors(approach, &own, street.lefts[ring]);
+            let crossings = self.timed(|c| crossings[*c] == Some(approach));
             let number = numbers[2 * ring + 1];
-            let serves = if street.approaches.len() == 1 { "approach" } else { "through" };
-            let links = own;
-            let crossings = of(approach);
-            let min_s = self.min_s(&together, &crossings);
-            let phase = Phase {
-                number,
-                serves,
-                links,
-                detectors,
-                crossings,
-                min_s,
-                max_s,
-                limit_s,
-                change_s,
-                passage_s: self.config.passage_s,
-                recall,
-                is_full: false,
-                enters: true,
-            };
-            plan.phases.push(phase);
+            let phase = self.phase(number, serves, own, &together, crossings);
+            plan.phases.push(Phase { detectors, max_s, limit_s, recall, ..phase });
             side[ring].push(plan.phases.len() - 1);
         }
         // The left turns of an approach are in the ring of the opposing one, before it.
@@ -290,26 +300,16 @@ impl Builder<'_> {
             let ring = 1 - k;
             let is_left = |link: &usize| links.turn(*link) == Some(Turn::Left);
             let own: Vec<usize> = links.of_approach(approach).filter(is_left).collect();
-            let min_s = self.timing.vehicle_green_s(&self.state(&own));
-            let change_s = self.change_s(&own);
-            let left_room_s = max_s.saturating_sub(change_s.0 + change_s.1 + plan_min(plan, &side));
-            let max_s = self.config.left_max_green_s.min(left_room_s).max(min_s);
-            let phase = Phase {
-                number: numbers[2 * ring],
-                serves: "left",
-                detectors: self.left_detectors(&own),
-                links: own,
-                crossings: Vec::new(),
-                min_s,
-                max_s,
-                limit_s,
-                change_s,
-                passage_s: self.config.passage_s,
-                recall: false,
-                is_full: false,
-                enters: false,
-            };
-            plan.phases.push(phase);
+            let own_lanes = lanes(links, own.iter().copied()).into_iter();
+            let detectors = own_lanes
+                .filter(|lane| links.is_lane_for(*lane, Turn::Left))
+                .map(|lane| self.detector(lane, true, Vec::new()))
+                .collect();
+            let state = self.state(&own);
+            let phase = self.phase(numbers[2 * ring], "left", own, &state, Vec::new());
+            let room_s = max_s.saturating_sub(phase.whole_change_s() + plan_min(plan, &side));
+            let max_s = self.config.left_max_green_s.min(room_s).max(phase.min_s);
+            plan.phases.push(Phase { detectors, max_s, limit_s, enters: false, ..phase });
             side[ring].insert(0, plan.phases.len() - 1);
         }
         plan.sides.push(side);
@@ -323,108 +323,51 @@ impl Builder<'_> {
                 states.push(s);
             }
         });
-        let mut plan = Plan {
-            phases: Vec::new(),
-            sides: Vec::new(),
-            overlaps: Vec::new(),
-            stages: true,
-            is_existing: false,
-            coordination: None,
+        let best = |crossing: usize| {
+            let serves = |s: &&&String| self.timing.serves_crossing(s, crossing);
+            let greens = |s: &&&String| s.matches(['G', 'g']).count();
+            states.iter().filter(serves).rev().max_by_key(greens).copied()
         };
-        for (place, state) in states.iter().enumerate() {
-            let links: Vec<usize> =
-                (0..self.links.count()).filter(|l| is_green(state, *l)).collect();
-            let best = |crossing: usize| {
-                let serves = |s: &&&String| self.timing.serves_crossing(s, crossing);
-                let greens = |s: &&&String| s.matches(['G', 'g']).count();
-                states.iter().filter(serves).rev().max_by_key(greens).copied()
-            };
-            let crossings: Vec<(usize, u32)> = (0..self.timing.crossings())
-                .filter(|crossing| best(*crossing) == Some(state))
-                .map(|crossing| (crossing, self.timing.crossing_s(crossing)))
-                .collect();
-            let min_s = self.min_s(state, &crossings);
-            let walk_s = crossings.iter().map(|c| c.1).max().unwrap_or(0);
-            let limit_s = self.timing.max_green_s(state);
-            let recall = match self.config.recall {
-                Recall::None => false,
-                Recall::Main => place == 0,
-                Recall::All => true,
-            };
-            plan.phases.push(Phase {
-                number: place as u32 + 1,
-                serves: "stage",
-                detectors: self.stage_detectors(place, &states),
-                change_s: self.change_s(&links),
-                links,
-                min_s,
-                max_s: self.max_s(self.config.max_green_s, min_s.max(walk_s), limit_s),
-                crossings,
-                limit_s,
-                passage_s: self.config.passage_s,
-                recall,
-                is_full: false,
-                enters: true,
-            });
-            plan.sides.push([vec![place], Vec::new()]);
+        let phase = |(place, state): (usize, &&String)| {
+            let links = (0..self.links.count()).filter(|l| is_green(state, *l)).collect();
+            let crossings = self.timed(|crossing| best(*crossing) == Some(*state));
+            let phase = self.phase(place as u32 + 1, "stage", links, state, crossings);
+            let detectors = self.stage_detectors(place, &states);
+            Phase { detectors, recall: self.recalls(place == 0), ..phase }
+        };
+        Plan {
+            phases: states.iter().enumerate().map(phase).collect(),
+            sides: (0..states.len()).map(|place| [vec![place], Vec::new()]).collect(),
+            stages: true,
+            ..Plan::default()
         }
-        plan
-    }
-
-    fn max_s(&self, wanted_s: u32, min_s: u32, limit_s: Option<u32>) -> u32 {
-        wanted_s.min(limit_s.unwrap_or(u32::MAX)).max(min_s)
     }
 
     /// Returns the state in which some links are green, and nothing else.
     fn state(&self, green: &[usize]) -> String {
-        (0..self.links.count()).map(|l| if green.contains(&l) { 'G' } else { 'r' }).collect()
+        self.links.plain(&self.links.set(green.iter().copied()))
     }
 
-    /// Returns yellow and red after some links.
-    fn change_s(&self, links: &[usize]) -> (u32, u32) {
-        let change = self.timing.change(&self.state(links), &self.state(&[]));
-        change.map_or((0, 0), |change| (change.yellow_s, change.all_red_s))
-    }
-
-    fn reach_m(&self, lane: usize) -> f64 {
-        match self.links.is_lane_for(lane, Turn::Left) {
+    fn detector(&self, lane: usize, calls: bool, served_by: Vec<usize>) -> Detector {
+        let reach_m = match self.links.is_lane_for(lane, Turn::Left) {
             true => self.config.left_detector_m,
             false => self.config.detector_m,
-        }
+        };
+        Detector { lane, reach_m, calls, served_by }
     }
 
     /// Returns the detectors of an approach's phase.
     fn detectors(&self, approach: usize, served: &[usize], own_lefts: bool) -> Vec<Detector> {
         let links = self.links;
-        let mut detectors = Vec::new();
-        for lane in lanes(links, links.of_approach(approach)) {
+        let detector = |lane: usize| {
             let of_lane: Vec<usize> = on_lane(links, lane).collect();
-            let left = links.is_lane_for(lane, Turn::Left);
-            if !of_lane.iter().any(|l| served.contains(l)) || (left && own_lefts) {
-                continue;
-            }
-            let right = links.is_lane_for(lane, Turn::Right);
-            detectors.push(Detector {
-                lane,
-                reach_m: self.reach_m(lane),
-                calls: true,
-                served_by: if right { of_lane } else { Vec::new() },
-            });
-        }
-        detectors
-    }
-
-    /// Returns the detectors of left turns with a phase of their own.
-    fn left_detectors(&self, own: &[usize]) -> Vec<Detector> {
-        let own_lanes = lanes(self.links, own.iter().copied());
-        let is_own = |lane: &usize| self.links.is_lane_for(*lane, Turn::Left);
-        let detector = |lane| Detector {
-            lane,
-            reach_m: self.reach_m(lane),
-            calls: true,
-            served_by: Vec::new(),
+            let is_other = own_lefts && links.is_lane_for(lane, Turn::Left);
+            let is_served = !is_other && of_lane.iter().any(|l| served.contains(l));
+            let is_right = links.is_lane_for(lane, Turn::Right);
+            let served_by = if is_right { of_lane } else { Vec::new() };
+            is_served.then(|| self.detector(lane, true, served_by))
         };
-        own_lanes.into_iter().filter(is_own).map(detector).collect()
+        lanes(links, links.of_approach(approach)).into_iter().filter_map(detector).collect()
     }
 
     /// Returns the detectors of a stage: lanes that no other serves better.
@@ -438,29 +381,31 @@ impl Builder<'_> {
             };
             on_lane(links, lane).map(letter).sum::<u32>()
         };
-        let mut detectors = Vec::new();
-        for lane in lanes(links, 0..links.count()) {
-            let best = states.iter().map(|s| value(s, lane)).max().unwrap_or(0);
-            let first = states.iter().position(|s| best > 0 && value(s, lane) == best);
-            if first.is_some() && value(states[place], lane) == best {
-                detectors.push(Detector {
-                    lane,
-                    reach_m: self.reach_m(lane),
-                    calls: first == Some(place),
-                    served_by: on_lane(links, lane).collect(),
-                });
-            }
-        }
-        detectors
+        let detector = |lane: usize| {
+            let best = states.iter().map(|s| value(s, lane)).max().filter(|best| *best > 0)?;
+            let first = states.iter().position(|s| value(s, lane) == best);
+            let served_by = on_lane(links, lane).collect();
+            (value(states[place], lane) == best)
+                .then(|| self.detector(lane, first == Some(place), served_by))
+        };
+        lanes(links, 0..links.count()).into_iter().filter_map(detector).collect()
     }
+}
+
+/// Returns a green that is wanted, within its limits, seconds.
+fn within(wanted_s: u32, limit_s: Option<u32>, least_s: u32) -> u32 {
+    wanted_s.min(limit_s.unwrap_or(u32::MAX)).max(least_s)
+}
+
+/// Returns the longest time of crosswalks, seconds.
+fn longest_s(crossings: &[(usize, u32)]) -> u32 {
+    crossings.iter().map(|crossing| crossing.1).max().unwrap_or(0)
 }
 
 /// Returns the shortest green of a side's through phases, with pedestrians.
 fn plan_min(plan: &Plan, side: &Side) -> u32 {
-    let last = side.iter().filter_map(|ring| ring.last());
-    let walk_s = |phase: &Phase| phase.crossings.iter().map(|c| c.1).max().unwrap_or(0);
-    let least_s = |phase: &Phase| phase.min_s.max(walk_s(phase));
-    last.map(|phase| least_s(&plan.phases[*phase])).max().unwrap_or(0)
+    let last = side.iter().filter_map(|ring| ring.last()).map(|phase| &plan.phases[*phase]);
+    last.map(|phase| phase.min_s.max(longest_s(&phase.crossings))).max().unwrap_or(0)
 }
 
 /// Returns the lanes of some links, ascending.

@@ -29,6 +29,8 @@ pub struct Scanned {
     pub named: Vec<Named>,
     /// What a private copy has otherwise.
     pub edits: Vec<Edit>,
+    /// What a private copy has without classes of vehicles that SUMO 1.15 does not know.
+    pub newer_classes: Vec<Edit>,
     /// Elements that switch programs by the clock.
     pub day_plan: Vec<Range<u64>>,
     /// What stands in the way.
@@ -58,4 +60,6 @@ pub(super) struct Found {
     pub(super) position: u64,
     pub(super) reason: String,
     pub(super) way: Option<Way>,
+    /// How many of the kind there are.
+    pub(super) count: u32,
 }

@@ -9,7 +9,7 @@ use super::super::departures::Departures;
 use super::super::obstacle::{Accept, Way};
 use super::found::{Edit, Found, Named, Scanned};
 
-/// Most obstacles of a file that are named.
+/// Most obstacles of a file that are named; more of a kind count with the first.
 const NAMED: usize = 20;
 
 /// Files that swallow what is written.
@@ -33,13 +33,21 @@ const AREA_DETECTORS: [&str; 2] = ["laneAreaDetector", "e2Detector"];
 /// Emission class in place of one whose tables are no part of what is hashed: SUMO's default.
 const EMISSION_CLASS: &str = "HBEFA3/PC_G_EU4";
 
+/// Classes of vehicles that came after SUMO 1.15.
+const NEWER_CLASSES: [&str; 7] =
+    ["aircraft", "cable_car", "container", "drone", "scooter", "subway", "wheelchair"];
+
+/// Attributes that list classes of vehicles.
+const CLASSES: [&str; 5] = ["allow", "disallow", "prefer", "changeLeft", "changeRight"];
+
+/// A class that no vehicle has, in place of a list that would be empty, and so name all.
+const NO_CLASS: &str = "ignoring";
+
 /// What was found so far.
 #[derive(Default)]
 pub(super) struct Look {
     pub(super) scanned: Scanned,
     pub(super) found: Vec<Found>,
-    /// Obstacles that are not named.
-    pub(super) more: usize,
     pub(super) departures: Departures,
     /// Where the first vehicle stands that SUMO leaves out.
     pub(super) late: Option<u64>,
@@ -52,15 +60,17 @@ pub(super) struct Look {
 impl Look {
     /// Adds what is in the way.
     pub(super) fn blocked(&mut self, position: u64, reason: String, way: Way) {
-        let obstacles = self.found.iter().filter(|found| found.way.is_some()).count();
-        match obstacles < NAMED {
-            true => self.found.push(Found { position, reason, way: Some(way) }),
-            false => self.more += 1,
+        let is_full = self.found.iter().filter(|found| found.way.is_some()).count() >= NAMED;
+        let way = Some(way);
+        let same = |known: &&mut Found| known.way == way && (is_full || known.reason == reason);
+        match self.found.iter_mut().find(same) {
+            Some(known) => known.count += 1,
+            None => self.found.push(Found { position, reason, way, count: 1 }),
         }
     }
 
     fn noted(&mut self, position: u64, reason: String) {
-        self.found.push(Found { position, reason, way: None });
+        self.found.push(Found { position, reason, way: None, count: 1 });
     }
 
     /// Has a value go nowhere.
@@ -175,6 +185,13 @@ impl Look {
         } else if names_a_file(&name) || name == "output" || (tag == "timedEvent" && name == "dest")
         {
             self.output(position, at, shown);
+        } else if CLASSES.contains(&name.as_str()) {
+            let is_known = |class: &&str| !NEWER_CLASSES.contains(class);
+            let known: Vec<&str> = value.split_whitespace().filter(is_known).collect();
+            if let Some(at) = at.filter(|_| known.len() < value.split_whitespace().count()) {
+                let with = if known.is_empty() { NO_CLASS.to_owned() } else { known.join(" ") };
+                self.scanned.newer_classes.push(Edit { at, with });
+            }
         } else if name == "emissionClass" && value.to_lowercase().starts_with("phemlight") {
             self.noted(
                 position,

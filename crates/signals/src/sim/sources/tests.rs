@@ -16,7 +16,8 @@ fn with_option(option: &str, files: &[(&str, &[u8])], outside: bool) -> Sources 
     let config = folder.join("a.sumocfg");
     fs::write(&config, format!("<c><n v='n.xml'/><{option} v='{}'/></c>", files[0].0)).unwrap();
     fs::write(folder.join("n.xml"), "<net/>").unwrap();
-    let mut found = Sources::of(&SumoConfig::read(&config).unwrap(), outside);
+    let accept = if outside { BTreeSet::from([Accept::OutsideFiles]) } else { BTreeSet::new() };
+    let mut found = Sources::of(&SumoConfig::read(&config).unwrap(), &accept);
     let shown = folder.display().to_string();
     for obstacle in &mut found.obstacles {
         obstacle.place = obstacle.place.replace(&shown, ".");
@@ -130,6 +131,7 @@ fn all_that_is_in_the_way_is_found_with_its_place() {
             "<a><include href='b.xml'/></a>",
             "b.xml: the scenario names it, but it cannot be read; add it",
         ),
+        ("<a><include href='sub\\b.xml'/></a>", "names it in the way of Windows; write slashes"),
         ("<a><include href='sub'/></a>", "sub: it is a folder; give a regular file"),
         ("<!DOCTYPE a [<!ENTITY x SYSTEM 'b'>]><a>&x;</a>", "a <!DOCTYPE> can draw other files in"),
         ("<?xml version='1.0' encoding='UTF-7'?><a/>", "encoding \"utf-7\"; save it as UTF-8"),
@@ -143,6 +145,16 @@ fn all_that_is_in_the_way_is_found_with_its_place() {
     }
     let many = format!("<a>{}</a>", "<calibrator/>".repeat(25));
     let found = with(&[("a.xml", many.as_bytes()), ("b.xml", b"<a/>")]);
-    assert_eq!(found.obstacles.len(), 21);
-    assert!(found.obstacles[20].to_string().contains("5 more of the kind"));
+    assert_eq!(found.obstacles.len(), 1);
+    assert!(found.obstacles[0].to_string().contains("vehicles (25 of the kind); pass --accept"));
+}
+
+#[test]
+fn classes_of_a_newer_sumo_are_left_out_of_networks_where_that_is_accepted() {
+    let found =
+        with(&[("a.xml", b"<net><lane allow='drone'/><lane disallow='tram drone bus'/></net>")]);
+    let left: Vec<&str> =
+        found.files[1].scanned.newer_classes.iter().map(|edit| edit.with.as_str()).collect();
+    assert_eq!(left, ["ignoring", "tram bus"]);
+    assert!(found.has_newer_classes() && found.files[1].scanned.edits.is_empty());
 }
