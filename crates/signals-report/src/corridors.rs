@@ -273,22 +273,6 @@ fn band(lights: &[Light<'_>]) -> Option<(f64, f64, f64)> {
     (best.1 > 0).then_some((best.0 as f64, best.1 as f64, cycle_s))
 }
 
-/// Returns the part of a convex shape that lies after a time, or with -1 as sign before it.
-fn within(corners: &[(f64, f64)], time_s: f64, sign: f64) -> Vec<(f64, f64)> {
-    let mut part = Vec::new();
-    for (i, a) in corners.iter().enumerate() {
-        let b = corners[(i + 1) % corners.len()];
-        let [inside, next] = [a.0, b.0].map(|t| sign * (t - time_s) >= 0.0);
-        if inside {
-            part.push(*a);
-        }
-        if inside != next {
-            part.push((time_s, a.1 + (b.1 - a.1) * (time_s - a.0) / (b.0 - a.0)));
-        }
-    }
-    part
-}
-
 /// Draws a direction and returns its band in words.
 fn panel(
     canvas: &mut Canvas,
@@ -297,7 +281,8 @@ fn panel(
     lights: &[Light<'_>],
 ) -> String {
     let longest_s = lights.iter().map(Light::cycle_s).fold(0.0, f64::max);
-    let span_s = CYCLES * longest_s;
+    let last_s = lights.last().map_or(0.0, |light| light.stop.after_s);
+    let span_s = CYCLES * longest_s + last_s;
     let length_m = length_m(street).max(1.0);
     let (left, right, bottom) = (74.0, WIDTH - 120.0, top + PANEL_PX - 40.0);
     let margin_m = 0.06 * length_m;
@@ -321,20 +306,15 @@ fn panel(
     };
     canvas.text(left, top - 8.0, &name(&said), TextStyle::new(Anchor::Start).bold());
     if let Some((start_s, width_s, cycle_s)) = band {
-        let last_s = lights.last().map_or(0.0, |light| light.stop.after_s);
-        let mut from_s = start_s % cycle_s - cycle_s * (1.0 + (last_s / cycle_s).ceil());
-        while from_s < span_s {
-            // The band between two signals, as far as the diagram goes.
-            for pair in lights.windows(2) {
-                let at = |light: &Light<'_>, t: f64| (t + light.stop.after_s, light.stop.at_m);
-                let (a, b, until_s) = (&pair[0], &pair[1], from_s + width_s);
-                let corners = [at(a, from_s), at(a, until_s), at(b, until_s), at(b, from_s)];
-                let corners = within(&within(&corners, 0.0, 1.0), span_s, -1.0);
-                if corners.len() > 2 {
-                    let drawn = corners.iter().map(|(t, m)| (frame.x(*t), frame.y(*m)));
-                    canvas.band(&drawn.collect::<Vec<_>>(), BAND);
-                }
-            }
+        let mut from_s = start_s % cycle_s;
+        while from_s + width_s + last_s <= span_s {
+            let ends = |t: f64| {
+                let corner = move |light: &Light<'_>| (t + light.stop.after_s, light.stop.at_m);
+                lights.iter().map(corner)
+            };
+            let corners = ends(from_s).chain(ends(from_s + width_s).rev());
+            let drawn: Vec<_> = corners.map(|(t, m)| (frame.x(t), frame.y(m))).collect();
+            canvas.band(&drawn, BAND);
             from_s += cycle_s;
         }
     }
@@ -383,15 +363,6 @@ mod tests {
         assert_eq!(band(&[light(0)]), Some((5.0, 30.0, 60.0)));
         let other = program(0.0, 70.0);
         assert_eq!(band(&[light(0), Light { stop: &stops[1], program: &other }]), None);
-    }
-
-    #[test]
-    fn a_band_is_cut_where_the_diagram_ends() {
-        let band = [(-10.0, 0.0), (10.0, 0.0), (30.0, 200.0), (10.0, 200.0)];
-        let after = within(&band, 0.0, 1.0);
-        assert_eq!(after, [(0.0, 0.0), (10.0, 0.0), (30.0, 200.0), (10.0, 200.0), (0.0, 100.0)]);
-        assert_eq!(within(&after, 20.0, -1.0).len(), 6);
-        assert!(within(&band, 40.0, 1.0).is_empty());
     }
 
     #[test]

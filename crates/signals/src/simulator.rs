@@ -20,18 +20,10 @@ const SAID_BEFORE: [&str; 3] = ["Process Error", "Could not parse commandline op
 #[cfg(feature = "libsumo")]
 const UNKNOWN: [&str; 5] = ["nknown", "not known", "vehicle class", "ehicle type", "attribute"];
 
-/// Where SUMO crashes on detectors of lanes in a row.
-#[cfg(feature = "libsumo")]
-const AREA_DETECTOR: &str = "MSE2Collector";
-
 /// What is wrong with a signal that is off at the start of a scenario whose programs change by the clock.
 #[cfg(feature = "libsumo")]
 const OFF_AT_START: &str = "the program that runs at the start never shows green to cars, and a <WAUT> may switch to another \
                             one later; pass --begin with the time of that switch, or remove the <WAUT>";
-
-/// Most signals and detectors that a message names.
-#[cfg(feature = "libsumo")]
-const FEW: usize = 6;
 
 /// A SUMO scenario as SUMO has loaded it, once.
 #[derive(Debug, Clone)]
@@ -148,7 +140,10 @@ pub fn load(
     };
     let said = first_load::first_load(&SumoSim::command_line(&until(first_end_s))?, &version);
     if let Some(last_line) = &said.crash {
-        return Ok(Err(vec![obstacle(crashes(last_line, intake))]));
+        return Ok(Err(vec![obstacle(format!(
+            "SUMO crashes on it ({last_line}); take another version of SUMO, or leave out parts of the files to find the one \
+             that it crashes on"
+        ))]));
     }
     let failed = |e: SimError| match e {
         SimError::Fatal { message, .. } | SimError::Traci { message, .. } => {
@@ -209,34 +204,6 @@ pub fn load(
         true => Ok(Loaded { scene, topology, signals, railways, dark, switched_off, version }),
         false => Err(obstacles),
     })
-}
-
-/// Returns that SUMO crashes on a scenario, with what to do. Where its detector of lanes in a row has a first and a last lane
-/// that are nearly as long as each other, and not equally long, SUMO compares the detector's end with the wrong one.
-///
-/// Source: SUMO 1.15, `MSE2Collector::checkPositioning`, and tried.
-#[cfg(feature = "libsumo")]
-fn crashes(last_line: &str, intake: &Intake) -> String {
-    let files = intake.sources.files.iter();
-    let measuring: Vec<String> = files
-        .flat_map(|file| {
-            let of_file = |what: &String| format!("{}: {what}", file.path.display());
-            file.scanned.measures_lanes.iter().map(of_file).collect::<Vec<_>>()
-        })
-        .collect();
-    let way_out = match last_line.contains(AREA_DETECTOR) && !measuring.is_empty() {
-        false => "take another version of SUMO, or leave out parts of the files to find the one that it crashes \
-                  on"
-            .to_owned(),
-        true => format!(
-            "a detector reaches over lanes of which the first and the last differ in length by less than 0.1 m; give the \
-             signals of type delay_based another detector range (option tls.delay_based.detector-range) or type, and \
-             detectors of lanes another length ({}{})",
-            measuring[..measuring.len().min(FEW)].join(", "),
-            if measuring.len() > FEW { ", ..." } else { "" }
-        ),
-    };
-    format!("SUMO crashes on it ({last_line}); {way_out}")
 }
 
 /// Loads a SUMO scenario, which this build cannot.

@@ -4,9 +4,10 @@
 //! 1. One episode with the network's own programs counts the vehicles per lane.
 //! 2. **Splits**: for a common cycle, every signal shares its green by Webster's flow ratios, within its limits. Cycles are
 //!    the longest of Webster's cycles of the signals, and others near it.
-//! 3. **Offsets**: those for which the green bands of all streets in both directions are widest, each weighted by its
-//!    vehicles (`bands.rs`). Nothing is simulated for that.
-//! 4. Webster's own cycles and those with the widest bands are simulated; the plan with the least delay stays.
+//! 3. **Offsets** are those with which a vehicle at the speed limit meets green along one street; streets that cross it follow
+//!    from the signals in common. Nothing is simulated for that.
+//! 4. Plans for both directions of the busiest street are simulated, those of Webster's own cycle first; the one with the
+//!    least delay stays.
 //!
 //! Choices:
 //! - **Plans run as in a cabinet**: phases are skipped and end when nobody comes, and what they leave goes to the coordinated
@@ -22,21 +23,15 @@
 //!
 //! Deviation: `signal.max_green_s` does not end a coordinated phase, as in a cabinet. All other limits hold.
 //!
-//! Source: J. D. C. Little, M. D. Kelson and N. H. Gartner, "MAXBAND: a program for setting signals on arteries and
-//! triangular networks", Transportation Research Record 795 (1981); weights by volume: N. H. Gartner et al., "A multi-band
-//! approach to arterial traffic signal optimization", Transportation Research Part B 25 (1991); "Signal Timing
-//! Manual" (2nd ed., NCHRP Report 812), chapter 7; NEMA TS 2. Deviation: offsets are whole seconds found by coordinate
-//! ascent, not by integer programming.
-
-mod bands;
+//! Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapter 7; NEMA TS 2. Deviation: offsets favour one direction at
+//! a time, and the simulation decides which, and at which cycle the other one fares best.
 
 use std::collections::BTreeMap;
 
-use self::bands::{Bands, Timed, weights};
 use super::dual_ring::{self, Recall, StageCycle};
 use super::fixed_time::{OWN, PLAN, SIMULATIONS, budget};
 use super::phase_sets::covering;
-use super::streets::{Street, streets};
+use super::streets::{Stop, Street, streets};
 use super::webster::{Constants, greens, split};
 use super::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Light, Setup, SignalSpec, Trainer,
@@ -81,6 +76,9 @@ const CYCLE_STEP_S: usize = 5;
 
 /// Longest green that a phase has of its own, seconds: its split ends it, within the limits.
 const UNTIL_FORCE_OFF_S: u32 = 600;
+
+/// Streets, the busiest first, whose progression is tried.
+const PROGRESSIONS: usize = 2;
 
 /// A cycle per signal; none where there is nothing to decide.
 type Plans = Vec<Option<Timed>>;
@@ -205,48 +203,135 @@ impl Coordinated {
         trainer.episode(self, SEED)
     }
 
-    /// Returns plans with offsets: those of Webster's cycles first, then those with the widest bands.
+    /// Returns plans with offsets, those of Webster's cycles first.
     fn candidates(&self, flow_vph: &[Vec<f64>]) -> Vec<Plans> {
         let Config { lost_time_s, saturation_flow_vph, .. } = self.config;
         let constants = Constants { lost_time_s, saturation_flow_vph };
         let sets: Vec<Vec<Vec<usize>>> = self.signals.iter().map(covering).collect();
-        let mut found: Vec<(f64, Plans)> = Vec::new();
+        let mut busiest: Vec<usize> = (0..self.streets.len()).collect();
+        busiest.sort_by(|a, b| self.weights[*b].total_cmp(&self.weights[*a]));
+        let mut found: Vec<(u32, Plans)> = Vec::new();
         for round in 0..sets.iter().map(Vec::len).max().unwrap_or(0) {
             let chosen: Vec<&Vec<usize>> =
                 sets.iter().map(|sets| &sets[round.min(sets.len() - 1)]).collect();
-            let natural_s = (self.signals.iter().zip(&chosen).zip(flow_vph))
+            let each = || self.signals.iter().zip(&chosen).zip(flow_vph);
+            let natural_s = each()
                 .filter(|((spec, _), _)| spec.phases.len() > 1)
                 .map(|((spec, set), flow_vph)| {
                     let greens = greens(spec, set, flow_vph, &constants);
                     greens.iter().sum::<f64>() + spec.limits.lost_s(set)
                 })
                 .fold(0.0, f64::max);
-            let [low, high] = CYCLES.map(|part| (natural_s * part).round() as u32);
-            let cycles = std::iter::once(natural_s.round() as u32);
-            for (i, cycle_s) in cycles.chain((low..=high).step_by(CYCLE_STEP_S)).enumerate() {
-                let each = self.signals.iter().zip(&chosen).zip(flow_vph);
-                let plans: Option<Plans> = each
-                    .map(|((spec, set), flow_vph)| {
-                        if spec.phases.len() < 2 {
-                            return Some(None);
-                        }
-                        let greens_s = split(spec, set, flow_vph, &constants, f64::from(cycle_s));
-                        let plan = Timed { phases: (*set).clone(), greens_s, offset_s: 0, cycle_s };
-                        plan.fits(spec).then_some(Some(plan))
-                    })
-                    .collect();
-                let Some(mut plans) = plans else { continue };
-                let bands = Bands::new(&self.signals, (&self.streets, &self.weights), &plans);
-                bands.ascend(&mut plans);
-                let value = if i == 0 { f64::INFINITY } else { bands.value(&plans) };
-                if !found.iter().any(|(_, other)| *other == plans) {
-                    found.push((value / f64::from(cycle_s), plans));
+            let [low, natural, high] =
+                [CYCLES[0], 1.0, CYCLES[1]].map(|part| (natural_s * part).round() as u32);
+            for cycle_s in std::iter::once(natural).chain((low..=high).step_by(CYCLE_STEP_S)) {
+                let splits = each().map(|((spec, set), flow_vph)| {
+                    if spec.phases.len() < 2 {
+                        return Some(None);
+                    }
+                    let greens_s = split(spec, set, flow_vph, &constants, f64::from(cycle_s));
+                    let plan = Timed { phases: (*set).clone(), greens_s, offset_s: 0, cycle_s };
+                    plan.fits(spec).then_some(Some(plan))
+                });
+                let Some(splits) = splits.collect::<Option<Plans>>() else { continue };
+                for street in busiest.iter().take(PROGRESSIONS) {
+                    let plans = self.progression(splits.clone(), *street, &busiest);
+                    if !found.iter().any(|(_, other)| *other == plans) {
+                        found.push((cycle_s.abs_diff(natural), plans));
+                    }
                 }
             }
         }
-        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        found.sort_by_key(|(off_s, _)| *off_s);
         found.into_iter().map(|(_, plans)| plans).collect()
     }
+
+    /// Gives plans the offsets with which a vehicle at the speed limit meets green along a street, and along the others as far
+    /// as they are free.
+    fn progression(&self, mut plans: Plans, first: usize, busiest: &[usize]) -> Plans {
+        let mut known = vec![false; plans.len()];
+        for street in std::iter::once(&first).chain(busiest) {
+            let stops = &self.streets[*street].stops;
+            // When a vehicle passes the first stop line, for its green to begin.
+            let begins_s =
+                |stop: &Stop, plan: &Timed| plan.begins_s(&self.signals[stop.signal], stop);
+            let shared = stops.iter().find(|stop| known[stop.signal]);
+            let passes_s = shared.and_then(|stop| {
+                let plan = plans[stop.signal].as_ref()?;
+                Some(f64::from(plan.offset_s) + begins_s(stop, plan) - stop.after_s)
+            });
+            for stop in
+                stops.iter().filter(|stop| !std::mem::replace(&mut known[stop.signal], true))
+            {
+                if let Some(plan) = &mut plans[stop.signal] {
+                    let offset_s =
+                        passes_s.unwrap_or_default() + stop.after_s - begins_s(stop, plan);
+                    plan.offset_s = offset_s.round().rem_euclid(f64::from(plan.cycle_s)) as u32;
+                }
+            }
+        }
+        plans
+    }
+}
+
+/// A fixed cycle with its offset.
+#[derive(Debug, Clone, PartialEq)]
+struct Timed {
+    /// Its phases, in order.
+    phases: Vec<usize>,
+    /// Their greens, seconds.
+    greens_s: Vec<f64>,
+    /// When its first green begins, seconds after time 0 and its multiples of the cycle.
+    offset_s: u32,
+    /// The cycle, seconds.
+    cycle_s: u32,
+}
+
+impl Timed {
+    /// Whether it is within the limits of the signal, and its greens and changes fill the cycle.
+    fn fits(&self, spec: &SignalSpec) -> bool {
+        let limits = &spec.limits;
+        let cycle_s = f64::from(self.cycle_s);
+        let total_s = self.greens_s.iter().sum::<f64>() + limits.lost_s(&self.phases);
+        let least_s = limits.least_s(&self.phases);
+        let mut greens = self.greens_s.iter().zip(&least_s).zip(&self.phases);
+        // The shortest greens may need a longer cycle than the longest.
+        (limits.min_cycle_s..=limits.max_cycle_s).contains(&cycle_s)
+            && (total_s - cycle_s).abs() < 1e-6
+            && greens.all(|((g, least), p)| g >= least && *g <= limits.max_green_s[*p])
+    }
+
+    /// Returns when the green of a stop line begins, seconds after that of the first phase.
+    fn begins_s(&self, spec: &SignalSpec, stop: &Stop) -> f64 {
+        let serves = |i: usize| {
+            spec.phases[self.phases[i % self.phases.len()]].service[stop.movement] != Light::Red
+        };
+        let count = self.phases.len();
+        let first = (0..count).find(|i| serves(*i) && !serves(i + count - 1)).unwrap_or_default();
+        let change_s =
+            |i: usize| spec.limits.change_s[self.phases[i]][self.phases[(i + 1) % count]];
+        (0..first).map(|i| self.greens_s[i] + change_s(i)).sum()
+    }
+
+    /// Returns it in words.
+    fn describe(&self, spec: &SignalSpec) -> String {
+        let greens = self.phases.iter().zip(&self.greens_s);
+        let greens: Vec<String> =
+            greens.map(|(p, green_s)| format!("{} {green_s} s", spec.phases[*p].state)).collect();
+        let (cycle_s, offset_s) = (self.cycle_s, self.offset_s);
+        format!("cycle {cycle_s} s, offset {offset_s} s: {}", greens.join(", "))
+    }
+}
+
+/// Returns the vehicles per hour of every street: the mean over its stop lines of those counted on the lanes of its movement.
+fn weights(signals: &[SignalSpec], streets: &[Street], flow_vph: &[Vec<f64>]) -> Vec<f64> {
+    let at = |stop: &Stop| -> f64 {
+        let lanes = &signals[stop.signal].movements[stop.movement].lanes;
+        lanes.iter().map(|lane| flow_vph[stop.signal][*lane]).sum()
+    };
+    let mean =
+        |street: &Street| street.stops.iter().map(at).sum::<f64>() / street.stops.len() as f64;
+    streets.iter().map(mean).collect()
 }
 
 #[cfg(test)]

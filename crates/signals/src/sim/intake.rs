@@ -158,10 +158,10 @@ impl Intake {
     /// has one, and where its files could not all be read.
     pub fn lacks_vehicles(&self) -> Option<Obstacle> {
         let files = &self.sources.files;
-        if !self.may_load() || files.iter().any(|file| file.scanned.has_vehicles) {
+        if !self.may_load() || files.iter().any(|file| file.scanned.departures.has_vehicles) {
             return None;
         }
-        let others = files.iter().filter(|file| file.scanned.has_others);
+        let others = files.iter().filter(|file| file.scanned.departures.has_others);
         let others: Vec<String> = others.map(|file| file.path.display().to_string()).collect();
         let reason = match others.is_empty() {
             true => "none of its files has a vehicle".to_owned(),

@@ -8,11 +8,10 @@
 //! Source: SUMO 1.15, `MSTrafficLightLogic::init`, and tried.
 
 use std::collections::HashMap;
-use std::io::BufRead;
+use std::io::Read;
 use std::path::Path;
 
-use quick_xml::events::{BytesStart, Event};
-use quick_xml::{Reader, XmlVersion};
+use roxmltree::{Document, Node};
 
 use super::sources::open;
 use super::sumocfg::SumoConfig;
@@ -20,9 +19,6 @@ use basics::files::FileError;
 
 /// Letters of a state that let vehicles pass and yield.
 const MINOR: &[u8] = b"gos";
-
-/// Attributes of an element.
-type Attributes = HashMap<String, String>;
 
 /// Links of a network's signals that yield to each other.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -39,7 +35,9 @@ impl Mutual {
     ///
     /// [`FileError`] when the file cannot be opened.
     pub fn read(network: &Path) -> Result<Self, FileError> {
-        Ok(Self::of(open(network)?))
+        let mut text = String::new();
+        open(network)?.read_to_string(&mut text).map_err(FileError::at("read", network))?;
+        Ok(Self::of(&text))
     }
 
     /// Reads those of the network of a configuration; without a network there are none.
@@ -51,58 +49,38 @@ impl Mutual {
         config.networks().next().map_or_else(|| Ok(Self::default()), Self::read)
     }
 
-    fn of(network: impl BufRead) -> Self {
-        let mut junctions: Vec<Junction> = Vec::new();
-        let mut links: HashMap<String, Vec<Connection>> = HashMap::new();
-        let mut reader = Reader::from_reader(network);
-        let mut buffer = Vec::new();
-        loop {
-            match reader.read_event_into(&mut buffer) {
-                Ok(Event::Start(element) | Event::Empty(element)) => {
-                    match element.local_name().as_ref() {
-                        "junction" => junctions.extend(Junction::of(&attributes(&element))),
-                        "request" => {
-                            let response = attributes(&element).remove("response");
-                            if let (Some(junction), Some(bits)) = (junctions.last_mut(), response) {
-                                // The last letter is of the first link.
-                                junction
-                                    .yields
-                                    .push(bits.bytes().rev().map(|b| b == b'1').collect());
-                            }
-                        }
-                        "connection" => {
-                            let mut read = attributes(&element);
-                            if let Some((lane, connection)) = Connection::of(&mut read) {
-                                links.entry(lane).or_default().push(connection);
-                            }
-                        }
-                        _ => {}
-                    }
-                }
-                Ok(Event::Eof) | Err(_) => break,
-                Ok(_) => {}
-            }
-            buffer.clear();
-        }
+    fn of(network: &str) -> Self {
         let mut mutual = Self::default();
-        junctions.iter().for_each(|junction| mutual.add(junction, &links));
+        // SUMO says what is wrong with a network that is no XML.
+        let Ok(document) = Document::parse(network) else { return mutual };
+        let elements = |name: &'static str| {
+            document.root_element().children().filter(move |node| node.has_tag_name(name))
+        };
+        let mut links: HashMap<String, Vec<Connection>> = HashMap::new();
+        for (lane, connection) in elements("connection").filter_map(Connection::of) {
+            links.entry(lane).or_default().push(connection);
+        }
+        elements("junction").for_each(|junction| mutual.add(junction, &links));
         mutual
     }
 
-    fn add(&mut self, junction: &Junction, links: &HashMap<String, Vec<Connection>>) {
-        let of_lane = |lane: &String| links.get(lane).into_iter().flatten();
-        let own = junction.lanes.iter().flat_map(of_lane);
-        let own: Vec<&Connection> = own.filter(|c| c.is_counted(&junction.id)).collect();
-        let yields = |a: usize, b: usize| {
-            junction.yields.get(a).and_then(|row| row.get(b)).is_some_and(|yields| *yields)
-        };
+    fn add(&mut self, junction: Node<'_, '_>, links: &HashMap<String, Vec<Connection<'_>>>) {
+        let of = |name: &str| junction.attribute(name).unwrap_or_default();
+        let own = of("incLanes").split_whitespace().flat_map(|lane| links.get(lane)).flatten();
+        let own: Vec<&Connection<'_>> = own.filter(|c| c.is_counted(of("id"))).collect();
+        // The last letter of a response is of the first link.
+        let responses = junction.children().filter_map(|request| request.attribute("response"));
+        let yields: Vec<Vec<bool>> =
+            responses.map(|bits| bits.bytes().rev().map(|b| b == b'1').collect()).collect();
+        let yields =
+            |a: usize, b: usize| yields.get(a).and_then(|row| row.get(b)).is_some_and(|y| *y);
         for (a, first) in own.iter().enumerate() {
             for (b, second) in own.iter().enumerate().skip(a + 1) {
                 let (Some((signal, i)), Some((other, j))) = (&first.signal, &second.signal) else {
                     continue;
                 };
                 if signal == other && yields(a, b) && yields(b, a) {
-                    self.pairs.entry(signal.clone()).or_default().push((*i, *j));
+                    self.pairs.entry((*signal).to_owned()).or_default().push((*i, *j));
                 }
             }
         }
@@ -125,41 +103,25 @@ impl Mutual {
     }
 }
 
-/// A junction with what its links yield to.
-struct Junction {
-    id: String,
-    lanes: Vec<String>,
-    /// Shape `[link, link]`.
-    yields: Vec<Vec<bool>>,
-}
-
-impl Junction {
-    fn of(attributes: &Attributes) -> Option<Self> {
-        let lanes = attributes.get("incLanes")?.split_whitespace().map(str::to_owned).collect();
-        Some(Self { id: attributes.get("id")?.clone(), lanes, yields: Vec::new() })
-    }
-}
-
 /// A link of a lane, in the order of the file.
-struct Connection {
-    from: String,
-    to: String,
+struct Connection<'a> {
+    from: &'a str,
+    to: &'a str,
     /// Signal and link index.
-    signal: Option<(String, usize)>,
+    signal: Option<(&'a str, usize)>,
 }
 
-impl Connection {
+impl<'a> Connection<'a> {
     /// Returns the lane that it starts on, and the connection.
-    fn of(attributes: &mut Attributes) -> Option<(String, Self)> {
-        let (from, to) = (attributes.remove("from")?, attributes.remove("to")?);
+    fn of(node: Node<'a, '_>) -> Option<(String, Self)> {
+        let (from, to) = (node.attribute("from")?, node.attribute("to")?);
         // Ways out of a junction are no links of it.
         if from.starts_with(':') && !to.starts_with(':') {
             return None;
         }
-        let lane = format!("{from}_{}", attributes.get("fromLane")?);
-        let index = attributes.get("linkIndex").and_then(|index| index.parse().ok());
-        let signal = attributes.remove("tl").zip(index);
-        Some((lane, Self { from, to, signal }))
+        let lane = format!("{from}_{}", node.attribute("fromLane")?);
+        let index = node.attribute("linkIndex").and_then(|index| index.parse().ok());
+        Some((lane, Self { from, to, signal: node.attribute("tl").zip(index) }))
     }
 
     /// Whether it is one of the links that a junction numbers: of those from or to a foot path only crosswalks are.
@@ -167,16 +129,6 @@ impl Connection {
         let is_inner = self.from.starts_with(':') || self.to.starts_with(':');
         !is_inner || self.to.starts_with(&format!(":{junction}_c"))
     }
-}
-
-/// Returns the attributes of an element that can be read.
-fn attributes(element: &BytesStart<'_>) -> Attributes {
-    let read = element.attributes().filter_map(|attribute| {
-        let attribute = attribute.ok()?;
-        let value = attribute.normalized_value(XmlVersion::Implicit1_0).ok()?.into_owned();
-        Some((attribute.key.local_name().as_ref().to_owned(), value))
-    });
-    read.collect()
 }
 
 #[cfg(test)]
@@ -194,7 +146,7 @@ mod tests {
 
     #[test]
     fn links_that_yield_to_each_other_may_not_both_be_permissive() {
-        let mutual = Mutual::of(NETWORK.as_bytes());
+        let mutual = Mutual::of(NETWORK);
         assert_eq!(mutual.refused("t", ["rrrrrrrGrr", "rrrrrrrgrg"]), Some((7, 9)));
         assert_eq!(mutual.refused("t", ["rrrrrrrGrg", "rrrrrrrgrr"]), None, "one has right of way");
         assert_eq!(mutual.refused("t", ["rrgrrrrgrr"]), None, "only one of them yields");
@@ -203,6 +155,6 @@ mod tests {
             "response='001' foes='001'/><request index='2'",
             "response='000'/><request index='2'",
         );
-        assert_eq!(Mutual::of(one_way.as_bytes()).refused("t", ["rrrrrrrgrg"]), None);
+        assert_eq!(Mutual::of(&one_way).refused("t", ["rrrrrrrgrg"]), None);
     }
 }

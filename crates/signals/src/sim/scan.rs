@@ -27,7 +27,6 @@ pub use self::found::{Edit, Named, Scanned};
 
 use self::found::Found;
 use self::look::Look;
-use super::departures::Departures;
 use super::obstacle::{Obstacle, Way};
 use basics::files::FileError;
 
@@ -70,7 +69,6 @@ impl Read for Ascii {
 ///
 /// * `path` — for messages.
 /// * `opened` — its content, from the beginning.
-/// * `is_route_file` — whether SUMO reads it as time goes on, so that its vehicles have to be in order.
 ///
 /// # Errors
 ///
@@ -78,12 +76,11 @@ impl Read for Ascii {
 pub fn scan(
     path: &Path,
     opened: &dyn Fn() -> Result<Box<dyn BufRead>, FileError>,
-    is_route_file: bool,
 ) -> Result<Scanned, FileError> {
     let room = Rc::new(Cell::new(ROOM));
     let mut reader = Reader::from_reader(BufReader::new(Ascii(opened()?, Rc::clone(&room))));
     let mut buffer = Vec::new();
-    let mut look = Look { departures: Departures::new(is_route_file), ..Look::default() };
+    let mut look = Look::default();
     let (mut depth, mut switch) = (0_usize, None);
     loop {
         let begin = reader.buffer_position();
@@ -132,14 +129,13 @@ pub fn scan(
     }
     let mut positions: Vec<u64> = look.found.iter().map(|found| found.position).collect();
     positions.extend(look.output);
-    positions.extend(look.late);
     positions.sort_unstable();
     let lines = lines(opened()?, &positions);
     let at = |position: u64| {
         let line = positions.binary_search(&position).map_or(0, |at| lines[at]);
         format!("{}: line {line}", path.display())
     };
-    let Look { mut scanned, found, departures, outputs, output, first_output, late, .. } = look;
+    let Look { mut scanned, found, outputs, output, first_output } = look;
     for Found { position, mut reason, way, count } in found {
         let place = at(position);
         if count > 1 {
@@ -151,12 +147,6 @@ pub fn scan(
         }
     }
     scanned.outputs = output.map(|position| (outputs, format!("{}, {first_output}", at(position))));
-    (scanned.first_s, scanned.last_s) = (departures.first_s, departures.last_s);
-    scanned.drawn = departures.first_drawn;
-    (scanned.has_vehicles, scanned.has_others) = (departures.has_vehicles, departures.has_others);
-    let first = departures.first_left_out.zip(late);
-    scanned.left_out =
-        first.map(|(said, position)| (departures.left_out, format!("{}, {said}", at(position))));
     Ok(scanned)
 }
 

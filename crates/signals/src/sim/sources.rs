@@ -72,7 +72,7 @@ impl Sources {
                     Err(("the scenario names it, but it cannot be read".to_owned(), "add it"))
                 }
                 Ok(_) => {
-                    let scanned = scan(&path, &|| open(&path), config.has_routes(&path));
+                    let scanned = scan(&path, &|| open(&path));
                     scanned.map_err(|e| (e.reason.to_string(), ""))
                 }
             };
@@ -144,12 +144,12 @@ impl Sources {
 
     /// Returns the earliest departure of a vehicle, seconds.
     pub fn first_departure_s(&self) -> Option<f64> {
-        self.files.iter().filter_map(|file| file.scanned.first_s).reduce(f64::min)
+        self.files.iter().filter_map(|file| file.scanned.departures.first_s).reduce(f64::min)
     }
 
     /// Returns the latest departure of a vehicle or end of a flow, seconds.
     pub fn last_departure_s(&self) -> Option<f64> {
-        self.files.iter().filter_map(|file| file.scanned.last_s).reduce(f64::max)
+        self.files.iter().filter_map(|file| file.scanned.departures.last_s).reduce(f64::max)
     }
 
     /// Says what counts in place of what the files say.
@@ -161,18 +161,12 @@ impl Sources {
             notes.push(format!("outputs are not written: {count}, the first in {first}"));
         }
         for file in &self.files {
-            let Scanned { notes: own, left_out, .. } = &file.scanned;
-            notes.extend(own.iter().cloned());
-            notes.extend(left_out.as_ref().map(|(count, first)| {
-                format!(
-                    "SUMO leaves out {count} vehicles or flows that stand in their file behind later ones, the first in \
-                     {first}; sort the file by departure (SUMO has tools/route/sort_routes.py)"
-                )
-            }));
+            notes.extend(file.scanned.notes.iter().cloned());
         }
         let drawn = self.files.iter();
-        let drawn =
-            drawn.filter_map(|file| Some((file.path.display(), file.scanned.drawn.as_ref()?)));
+        let drawn = drawn.filter_map(|file| {
+            Some((file.path.display(), file.scanned.departures.first_drawn.as_ref()?))
+        });
         notes.extend(drawn.take(1).map(|(file, flow)| {
             format!(
                 "SUMO draws the vehicles of flows with `probability` or `period=\"exp(...)\"` from the seed, so that episodes \

@@ -12,8 +12,7 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use quick_xml::events::Event;
-use quick_xml::{Reader, XmlVersion};
+use roxmltree::{Document, Node};
 
 use super::error::SimError;
 use super::obstacle::{Obstacle, Way};
@@ -31,9 +30,6 @@ const VALUE: [&str; 2] = ["value", "v"];
 
 /// Seconds of the parts of a clock time, the last one first.
 const CLOCK_S: [f64; 4] = [1.0, 60.0, 3600.0, 86_400.0];
-
-/// What is wrong with a text that does not begin as XML does.
-const NO_ELEMENT: &str = "it does not begin with an XML element; is it a SUMO configuration?";
 
 /// What is read of a SUMO configuration.
 #[derive(Debug, Clone, PartialEq)]
@@ -241,52 +237,18 @@ fn decoded(name: &str) -> Result<String, String> {
     String::from_utf8(bytes).map_err(|_| format!("{name:?} is no name in UTF-8; rename it"))
 }
 
-/// Returns the options of a configuration with their values, in order.
-///
-/// # Errors
-///
-/// What is wrong with the text.
+/// Returns the options of a configuration: names as written, values.
 fn options(text: &str) -> Result<Vec<(String, String)>, String> {
+    let document = Document::parse(text).map_err(|e| format!("it is no XML: {e}"))?;
     let mut options = Vec::new();
-    let (mut option, mut between) = (String::new(), String::new());
-    let mut reader = Reader::from_str(text);
-    loop {
-        match reader.read_event().map_err(|e| e.to_string())? {
-            Event::Eof => return Ok(options),
-            Event::Start(element) | Event::Empty(element) => {
-                option = element.name().as_ref().to_owned();
-                between.clear();
-                for attribute in element.attributes() {
-                    let attribute = attribute.map_err(|e| e.to_string())?;
-                    if VALUE.contains(&attribute.key.as_ref()) {
-                        let value = attribute.normalized_value(XmlVersion::Implicit1_0);
-                        let value = value.map_err(|e| e.to_string())?;
-                        options.push((option.clone(), value.into_owned()));
-                    }
-                }
-            }
-            Event::Text(text) => {
-                between.push_str(&text);
-                if option.is_empty() && !between.trim().is_empty() {
-                    return Err(NO_ELEMENT.into());
-                }
-            }
-            Event::GeneralRef(_) if option.is_empty() => return Err(NO_ELEMENT.into()),
-            Event::GeneralRef(_) => {
-                return Err(format!("write the value of <{option}> as an attribute `value`"));
-            }
-            Event::DocType(_) | Event::CData(_) => {
-                return Err("a <!DOCTYPE> or <![CDATA[ is not read; write plain values".into());
-            }
-            Event::End(_) => {
-                let value = std::mem::take(&mut between);
-                if !value.trim().is_empty() {
-                    options.push((option.clone(), value));
-                }
-            }
-            _ => {}
-        }
+    for element in document.descendants().filter(Node::is_element) {
+        let values = element.attributes().filter(|a| VALUE.contains(&a.name()));
+        let values = values.map(|attribute| attribute.value());
+        let between = element.text().filter(|text| !text.trim().is_empty());
+        let name = element.tag_name().name();
+        options.extend(values.chain(between).map(|value| (name.to_owned(), value.to_owned())));
     }
+    Ok(options)
 }
 
 /// Returns a time, seconds, from seconds or a clock time.

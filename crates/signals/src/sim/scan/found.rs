@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::super::departures::Departures;
 use super::super::obstacle::{Obstacle, Way};
 
 /// A name of a file, and where it stands.
@@ -39,20 +40,8 @@ pub struct Scanned {
     pub outputs: Option<(u32, String)>,
     /// What counts in place of what it says, in words.
     pub notes: Vec<String>,
-    /// What measures on lanes in a row, such as `signal A0`: programs of some types, and detectors.
-    pub measures_lanes: Vec<String>,
-    /// Whether it has a vehicle, or something that SUMO makes one of.
-    pub has_vehicles: bool,
-    /// Whether it has people or containers.
-    pub has_others: bool,
-    /// The first flow whose vehicles are drawn from the seed.
-    pub drawn: Option<String>,
-    /// Earliest departure of a vehicle, seconds.
-    pub first_s: Option<f64>,
-    /// Latest departure of a vehicle or end of a flow, seconds.
-    pub last_s: Option<f64>,
-    /// Vehicles that SUMO leaves out for their place in the file, and what is said of the first.
-    pub left_out: Option<(u32, String)>,
+    /// Its vehicles.
+    pub departures: Departures,
 }
 
 /// Something of a file before its line is known.

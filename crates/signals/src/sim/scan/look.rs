@@ -5,7 +5,6 @@ use std::ops::Range;
 use quick_xml::XmlVersion;
 use quick_xml::events::BytesStart;
 
-use super::super::departures::Departures;
 use super::super::obstacle::{Accept, Way};
 use super::found::{Edit, Found, Named, Scanned};
 
@@ -23,12 +22,6 @@ const READERS: [&str; 2] = ["rerouter", "variableSpeedSign"];
 
 /// What adds or removes vehicles as traffic is.
 const CHANGERS: [&str; 2] = ["calibrator", "vaporizer"];
-
-/// Types of programs that measure on lanes in a row, as detectors of [`AREA_DETECTORS`] do.
-const MEASURING: [&str; 2] = ["delay_based", "NEMA"];
-
-/// Detectors of lanes in a row.
-const AREA_DETECTORS: [&str; 2] = ["laneAreaDetector", "e2Detector"];
 
 /// Emission class in place of one whose tables are no part of what is hashed: SUMO's default.
 const EMISSION_CLASS: &str = "HBEFA3/PC_G_EU4";
@@ -48,9 +41,6 @@ const NO_CLASS: &str = "ignoring";
 pub(super) struct Look {
     pub(super) scanned: Scanned,
     pub(super) found: Vec<Found>,
-    pub(super) departures: Departures,
-    /// Where the first vehicle stands that SUMO leaves out.
-    pub(super) late: Option<u64>,
     pub(super) outputs: u32,
     /// Where the first output stands.
     pub(super) output: Option<u64>,
@@ -122,34 +112,14 @@ impl Look {
                 Err(e) => return self.blocked(position, e, Way::Change("")),
             }
         }
-        if self.departures.next(&tag, &|wanted| {
+        self.scanned.departures.next(&tag, &|wanted| {
             attributes.iter().find(|a| a.name == wanted).map(|a| a.value.as_str())
-        }) {
-            self.late.get_or_insert(position);
-        }
-        self.measures(&tag, &attributes);
+        });
         if tag == "param" {
             return self.parameter(position, &attributes);
         }
         for attribute in attributes {
             self.attribute(position, &tag, attribute);
-        }
-    }
-
-    /// Keeps the first signals and detectors that measure on lanes in a row.
-    fn measures(&mut self, tag: &str, attributes: &[Attribute]) {
-        let of = |wanted: &str| {
-            attributes.iter().find(|a| a.name == wanted).map_or("", |a| a.value.as_str())
-        };
-        let what = match tag {
-            "tlLogic" if MEASURING.contains(&of("type")) => "signal",
-            _ if AREA_DETECTORS.contains(&tag) => "detector",
-            _ => return,
-        };
-        let name = format!("{what} {}", of("id").replace('\u{1a}', "?"));
-        let known = &mut self.scanned.measures_lanes;
-        if known.len() < NAMED && !known.contains(&name) {
-            known.push(name);
         }
     }
 

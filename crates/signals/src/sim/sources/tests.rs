@@ -5,8 +5,8 @@ use std::io::Write;
 
 use super::*;
 
-/// The files of a scenario with additional files of these names and texts, the first of which is named by an option.
-fn with_option(option: &str, files: &[(&str, &[u8])], outside: bool) -> Sources {
+/// The files of a scenario with additional files of these names and texts, the first of which is named.
+fn with_option(files: &[(&str, &[u8])], outside: bool) -> Sources {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path().join("city");
     fs::create_dir_all(folder.join("sub")).unwrap();
@@ -14,7 +14,7 @@ fn with_option(option: &str, files: &[(&str, &[u8])], outside: bool) -> Sources 
         fs::write(folder.join(name), bytes).unwrap();
     }
     let config = folder.join("a.sumocfg");
-    fs::write(&config, format!("<c><n v='n.xml'/><{option} v='{}'/></c>", files[0].0)).unwrap();
+    fs::write(&config, format!("<c><n v='n.xml'/><a v='{}'/></c>", files[0].0)).unwrap();
     fs::write(folder.join("n.xml"), "<net/>").unwrap();
     let accept = if outside { BTreeSet::from([Accept::OutsideFiles]) } else { BTreeSet::new() };
     let mut found = Sources::of(&SumoConfig::read(&config).unwrap(), &accept);
@@ -27,7 +27,7 @@ fn with_option(option: &str, files: &[(&str, &[u8])], outside: bool) -> Sources 
 }
 
 fn with(files: &[(&str, &[u8])]) -> Sources {
-    with_option("a", files, false)
+    with_option(files, false)
 }
 
 fn names(sources: &Sources) -> Vec<&str> {
@@ -63,27 +63,12 @@ fn circles_end_and_what_goes_nowhere_or_is_a_picture_may_stay() {
 }
 
 #[test]
-fn vehicles_are_in_order_in_route_files_and_in_any_order_elsewhere() {
-    let routes =
-        b"<r>\n<trip id='a' depart='9'/>\n<trip id='b' depart='8'/><trip id='c' depart='1'/></r>";
-    assert_eq!(with_option("a", &[("r.xml", routes)], false).notes(), [""; 0]);
-    let found = with_option("r", &[("r.xml", routes)], false);
-    assert_eq!((found.obstacles.len(), found.last_departure_s()), (0, Some(9.0)));
-    let [note] = &found.notes()[..] else { panic!("{:?}", found.notes()) };
-    assert!(note.starts_with("SUMO leaves out 2 vehicles or flows"), "{note}");
-    assert!(
-        note.contains("r.xml: line 3, <trip id=\"b\">: it departs at 8 s, after <trip"),
-        "{note}"
-    );
-}
-
-#[test]
 fn a_file_outside_the_folders_of_the_scenario_is_drawn_in_only_when_that_is_accepted() {
     let text: &[u8] = b"<a><include href='/etc/hostname'/></a>";
     let found = with(&[("a.xml", text)]);
     assert_eq!((names(&found), found.obstacles.len()), (vec!["n.xml", "a.xml"], 1));
     assert_eq!(found.obstacles[0].way, Way::Accept(Accept::OutsideFiles));
-    let accepted = with_option("a", &[("a.xml", text)], true);
+    let accepted = with_option(&[("a.xml", text)], true);
     assert_eq!(names(&accepted).len(), 3);
     // Whatever lies beneath a folder from which the configuration takes a file is the scenario's.
     let files: &[(&str, &[u8])] = &[("sub/a.xml", b"<a><include href='../n.xml'/></a>")];
@@ -106,14 +91,6 @@ fn outputs_and_day_plans_are_counted_with_the_place_of_the_first() {
         "{notes:?}"
     );
     assert!(found.has_day_plan());
-}
-
-#[test]
-fn what_measures_on_lanes_in_a_row_is_known_by_name() {
-    let text = "<a><tlLogic id='A' type='delay_based' programID='0'/><tlLogic id='A' type='delay_based' programID='1'/>\
-        <tlLogic id='B' type='actuated'/><tlLogic id='C' type='NEMA'/><laneAreaDetector id='d' file='NUL'/></a>";
-    let found = with(&[("a.xml", text.as_bytes())]);
-    assert_eq!(found.files[1].scanned.measures_lanes, ["signal A", "signal C", "detector d"]);
 }
 
 #[test]

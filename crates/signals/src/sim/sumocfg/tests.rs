@@ -32,15 +32,13 @@ fn every_way_to_write_an_option_is_read() {
 fn a_name_with_an_ampersand_is_unescaped() {
     let name = parse("<net-file value='a&amp;b.net'/>").unwrap().files.remove(0).0;
     assert_eq!(name, "a&b.net");
-    let e = parse("<net-file>a&amp;b.net</net-file>").unwrap_err();
-    assert_eq!(e, "write the value of <net-file> as an attribute `value`");
 }
 
 #[test]
 fn a_text_that_is_no_xml_is_refused_as_such() {
     for text in ["# A page\n\nwith <b>words</b> &sup1;", "nothing but text", "&sup1;"] {
         let e = SumoConfig::parse(text, Path::new("a.sumocfg")).unwrap_err();
-        assert!(e.contains("is it a SUMO configuration?"), "{text}: {e}");
+        assert!(e.starts_with("it is no XML"), "{text}: {e}");
     }
 }
 
@@ -71,8 +69,6 @@ fn an_option_that_is_not_known_to_be_safe_is_in_the_way_and_not_passed_on() {
         assert_eq!(obstacle.place, "city/a.sumocfg");
         assert!(config.options().iter().all(|(name, _)| name != "include"));
     }
-    let e = parse("<n v='n'/><![CDATA[x]]>").unwrap_err();
-    assert!(e.starts_with("a <!DOCTYPE> or <![CDATA[ is not read"), "{e}");
 }
 
 #[test]
