@@ -58,9 +58,6 @@ cd "$folder"
 quiet() { "$@" >"$folder/out" 2>&1 || { cat "$folder/out" >&2; exit 1; }; }
 published() {
     cp -r "$repository/results/$1" "$2"
-    tar xJf "$2/records.tar.xz" -C "$2"
-    gunzip -kf "$2/plan.jsonl.gz"
-    rm -rf "$2/report" "$2/estimate"
     quiet "$binary" report "$2"
 }
 published salt-lake-city/field-0.2.0 field

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds what a release offers, and tries it: the wheel of the Python package, with the manylinux tag that its symbols allow,
-# and an archive of the command alone. Both run with SUMO of the package eclipse-sumo, in the version that python/pyproject.toml
+# an archive of the command alone, and one of the published records with their episodes of training. Both run with SUMO of the package eclipse-sumo, in the version that python/pyproject.toml
 # names. .github/workflows/release.yml calls this for x86-64 and arm64.
 #
 #   scripts/release.sh [FOLDER]    into FOLDER, `dist` by default
@@ -57,6 +57,13 @@ The Python package contains the same command and installs SUMO itself.
 END
 tar -C "$out" --sort=name --owner=0 --group=0 --numeric-owner -czf "$out/$name.tar.gz" "$name"
 
+# Runs from before results/*/*/run.jsonl.xz left them out have their episodes of training in this revision.
+if git cat-file -e 34e518dc 2>/dev/null; then
+    step "records with their episodes of training"
+    mapfile -t files < <(git ls-tree -r --name-only 34e518dc results | grep -E '/(records.tar.xz|[a-z]*.json|plan.jsonl.gz)$' | grep -v /report/)
+    git archive --format=tar -o "$out/records-with-training.tar" 34e518dc "${files[@]}"
+fi
+
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 step "the archive, unpacked elsewhere"
@@ -73,4 +80,4 @@ for python in $pythons; do
     scripts/smoke.sh "$work/$python/bin/tsc-family"
 done
 step "done"
-(cd "$out" && sha256sum ./*.whl ./*.tar.gz | tee SHA256SUMS && ls -l)
+(cd "$out" && sha256sum ./*.whl ./*.tar* | tee SHA256SUMS && ls -l)

@@ -28,7 +28,7 @@ use crate::store::audit::{Audit, Damage, Remedy};
 use crate::store::manifest::{Manifest, Task};
 use crate::store::plan::write_plan;
 use crate::store::{Layout, StoreError};
-use crate::traffic::places::{self, Places};
+use crate::traffic::places::Places;
 
 /// `tsc-family check`.
 #[derive(Debug, clap::Args)]
@@ -115,7 +115,7 @@ fn look(layout: &Layout, networks: Option<&Path>) -> anyhow::Result<Looked> {
         prepared = networks.map_or_else(|| PathBuf::from(&provenance.networks), Path::to_path_buf);
         let domain = domain_of(&domains(), layout, identity)?;
         beside = audit_beside(domain, layout, &prepared, &mut audit)?;
-        match Places::read(&layout.root().join(places::FILE)).map(drop) {
+        match Places::read(layout).map(drop) {
             Err(StoreError::Renewable { path, reason }) => audit.add(path, reason, Remedy::Renew),
             read => read?,
         }

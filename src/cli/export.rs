@@ -15,7 +15,8 @@ use crate::store::Layout;
 #[command(after_help = "\
 Writes a row per episode of training and evaluation, with its task, its seed, every metric, and the \
 features, importance and weight of its point MDP. A failed task has one row, with its reason. The same \
-records give the same bytes.
+records give the same bytes. `--format packed` writes the run itself in one small file, as it is published: \
+a folder with this file alone is read and continued like any other.
 
 Examples:
   tsc-family export results/slc
@@ -25,7 +26,7 @@ pub struct ExportArgs {
     /// Results directory that `run` wrote
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// File to write, replacing an earlier export [default: DIR/records.parquet or DIR/records.csv]
+    /// File to write, replacing an earlier export [default: DIR/records.parquet, DIR/records.csv or DIR/run.jsonl.xz]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Format of the file [default: csv if FILE ends in .csv, else parquet]
@@ -39,9 +40,12 @@ pub struct ExportArgs {
 pub(super) fn run(args: &ExportArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
     let format = args.format.unwrap_or_else(|| by_name(args.out.as_deref()));
-    let own = || layout.root().join(format!("records.{}", format.extension()));
+    let own = || match format {
+        Format::Packed => layout.packed(),
+        _ => layout.root().join(format!("records.{}", format.extension())),
+    };
     let path = args.out.clone().unwrap_or_else(own);
-    check_file(&path, "--out", &[b"PAR1", b"task,"], "export of records")?;
+    check_file(&path, "--out", &[b"PAR1", b"task,", b"\xfd7zXZ"], "export of records")?;
     let Exported { rows, tasks: (done, tasks) } = export(&layout, &path, format)?;
     if args.json {
         line(json!({"event": "export", "path": path, "rows": rows, "done": done, "tasks": tasks}))?;

@@ -34,7 +34,8 @@ pub(super) fn found(dirs: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
 /// Returns whether a folder is a results directory itself.
 pub(super) fn is_run(dir: &Path) -> bool {
     let layout = Layout::new(dir);
-    layout.manifest().exists() || layout.plan().exists() || layout.adding().exists()
+    let files = [layout.manifest(), layout.plan(), layout.adding(), layout.packed()];
+    files.iter().any(|path| path.exists())
 }
 
 fn find(dir: &Path, depth: usize, found: &mut Vec<PathBuf>) -> anyhow::Result<()> {

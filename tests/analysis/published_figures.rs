@@ -164,7 +164,7 @@ fn the_leaderboard_is_what_the_records_give() {
         let [score, low, high] =
             [&row["score"], &row["interval"][0], &row["interval"][1]].map(|v| v.as_f64().unwrap());
         let is_it = |line: &&str| {
-            line.contains(&format!("| {method} |")) && line.contains(&format!("({path}/"))
+            line.contains(&format!("| {method} |")) && line.contains(&format!("({path})"))
         };
         let Some(line) = page.lines().find(is_it) else {
             // A run of more point MDPs is there for it.
@@ -189,12 +189,12 @@ fn the_leaderboard_is_what_the_records_give() {
         for run in fs::read_dir(&entry)
             .unwrap()
             .map(|e| e.unwrap().path())
-            .filter(|p| p.join("manifest.json").exists())
+            .filter(|p| p.join("run.jsonl.xz").exists())
         {
             let link =
                 run.strip_prefix(repository().join("results")).unwrap().display().to_string();
             assert!(
-                page.contains(&format!("({link}/manifest.json)")),
+                page.contains(&format!("({link})")),
                 "{link} is not on the page; make it again"
             );
         }

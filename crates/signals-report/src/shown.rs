@@ -14,7 +14,7 @@ use evaluation::store::error::StoreError;
 use evaluation::store::manifest::{PointRow, Task};
 use evaluation::store::record::{Outcome, Summary};
 use evaluation::store::results::Results;
-use signals::places::{DrawnIntersection, FILE, MappedIntersection, Places};
+use signals::places::{DrawnIntersection, MappedIntersection, Places};
 
 /// Intersections of a point MDP that are named; more are counted.
 const NAMED: usize = 3;
@@ -68,7 +68,7 @@ impl Shown {
     ///
     /// [`StoreError`] when its file of places is damaged, or that of assumptions has something else.
     pub(super) fn read(layout: &Layout, results: &Results) -> Result<Self, StoreError> {
-        let places = Places::read(&layout.root().join(FILE))?;
+        let places = Places::read(layout)?;
         let of_points = || Places::of_points(&results.manifest.identity.points);
         let places = places.unwrap_or_else(of_points);
         let mut of_point: HashMap<String, Vec<usize>> = HashMap::new();

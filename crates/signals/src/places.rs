@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use basics::files::{self, limits};
 use basics::hash::sha256;
+use evaluation::store::Layout;
 use evaluation::store::error::StoreError;
 use evaluation::store::manifest::PointRow;
 
@@ -143,15 +143,14 @@ impl Places {
         Self { intersections, ..Self::default() }
     }
 
-    /// Reads a file of places; `None` when there is none.
+    /// Reads the places of a results directory; `None` when there are none.
     ///
     /// # Errors
     ///
     /// [`StoreError`] when it cannot be read or is no such file.
-    pub fn read(path: &Path) -> Result<Option<Self>, StoreError> {
-        let bytes = files::if_present(files::read(path, limits::DOCUMENT))?;
-        let Some(bytes) = bytes else { return Ok(None) };
-        Self::parse(&bytes, path).map(Some)
+    pub fn read(layout: &Layout) -> Result<Option<Self>, StoreError> {
+        let Some(bytes) = layout.document(FILE)? else { return Ok(None) };
+        Self::parse(&bytes, &layout.root().join(FILE)).map(Some)
     }
 
     /// Returns the places that bytes are; the path is for messages.
@@ -251,19 +250,20 @@ mod tests {
         };
         let places = Places { intersections: vec![place], streets, drawings: vec![drawn] };
         let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("places.json");
-        assert_eq!(Places::read(&path).unwrap(), None);
+        let layout = Layout::new(dir.path());
+        let path = dir.path().join(FILE);
+        assert_eq!(Places::read(&layout).unwrap(), None);
         fs::write(&path, places.to_json()).unwrap();
-        assert_eq!(Places::read(&path).unwrap().as_ref(), Some(&places));
+        assert_eq!(Places::read(&layout).unwrap().as_ref(), Some(&places));
         fs::write(&path, "{").unwrap();
-        let e = Places::read(&path).unwrap_err().to_string();
+        let e = Places::read(&layout).unwrap_err().to_string();
         assert!(e.contains("places.json") && e.contains("delete it"), "{e}");
         // One digit of where it is, and of versions without checksum.
         let moved = places.to_json().replace("-111.5", "-111.4");
         fs::write(&path, &moved).unwrap();
-        let e = Places::read(&path).unwrap_err().to_string();
+        let e = Places::read(&layout).unwrap_err().to_string();
         assert!(e.contains("altered: the checksum does not match; delete it"), "{e}");
         fs::write(&path, format!("{}}}", moved.split_once(",\n\"sha256").unwrap().0)).unwrap();
-        assert!(Places::read(&path).unwrap().is_some());
+        assert!(Places::read(&layout).unwrap().is_some());
     }
 }

@@ -7,7 +7,6 @@ use serde_json::Value;
 use crate::cli::refused::Refused;
 use crate::cli::subject::Subject;
 use crate::family::MdpFamily;
-use crate::files::{self, limits};
 use crate::sample::{Choice, Design, Sampling, choose_over};
 use crate::store::Layout;
 use crate::store::error::StoreError;
@@ -70,7 +69,7 @@ impl Begun {
         if sample.sampling == Sampling::All {
             return Ok(Choice::All);
         }
-        let bytes = files::if_present(files::read(&self.layout.design(), limits::DOCUMENT))?;
+        let bytes = self.layout.document("design.json")?;
         // One that is damaged is named where the run is opened.
         let design: Option<Design> = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok());
         Ok(Choice::Sample { sample: sample.clone(), design, assisting: self.assisting.clone() })

@@ -54,6 +54,7 @@ pub use ranking::{Lead, OnCommonPoints};
 pub use reference::{Reference, check_name};
 pub use standing::Standing;
 pub use summaries::{Estimated, Summaries};
-pub use training::{LAST_EPISODES, LOSS, LearnerSummary, RETURN, TrainingSummary};
+pub use crate::store::figures::{LAST_EPISODES, RETURN};
+pub use training::{LOSS, LearnerSummary, SMOOTHED_OVER, TrainingSummary};
 pub use whole::Analysis;
 pub use winners::Winner;

@@ -15,22 +15,18 @@ use super::points::PointSummary;
 use crate::stats::Direction;
 use crate::stats::quantile::median;
 use crate::stats::score::{mean, weighted_mean};
-use crate::store::figures::{DEAD, LAST_PREFIX, POLICY_ROW, RESTARTS, VALIDATION_EPISODES};
+use crate::store::figures::{
+    DEAD, LAST_PREFIX, POLICY_ROW, RESTARTS, RETURN, VALIDATION_EPISODES,
+};
 use crate::store::manifest::{Identity, Task};
-use crate::store::record::{Outcome, Record, Row};
+use crate::store::record::{Outcome, Record, Row, RowKind, Trained};
 use crate::store::results::Results;
-
-/// Metric of a training episode that only learners have; not all learners of somebody's own.
-pub const RETURN: &str = "return";
 
 /// Metric of the training episodes in which a learner updated its network.
 pub const LOSS: &str = "loss";
 
-/// Metric of a row of training that is not an episode: steps of training so far.
-const STEPS: &str = "steps";
-
-/// Training episodes whose mean is reported beside the best one.
-pub const LAST_EPISODES: usize = 10;
+/// Episodes of the trailing mean of a curve.
+pub const SMOOTHED_OVER: usize = 5;
 
 /// How the reason of a training that diverged begins.
 const DIVERGED: &str = "training diverged";
@@ -65,7 +61,8 @@ pub struct TrainingSummary {
     pub best_episode: Option<f64>,
     /// Mean objective in the last ten training episodes, relative to the reference.
     pub last_episodes: Option<f64>,
-    /// Objective of every training episode, relative to the reference; empty without a reference.
+    /// Objective by row of training, relative to the reference: its mean over validation seeds where there was
+    /// validation, else the trailing mean of the episodes; `None` in rows that have none. Empty without a reference.
     pub curve: Vec<Option<f64>>,
     /// Return of every training episode; `None` where there is none.
     pub returns: Vec<Option<f64>>,
@@ -222,12 +219,17 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 false => of_reference.map(|r| r.objective).filter(|unit| *unit > 0.0),
             };
             let rows: Vec<&Row> = record.into_iter().flat_map(Record::training).collect();
+            let trained = record.map(|record| record.trained(objective, identity.direction));
             let figure = |name: &str| -> Vec<Option<f64>> {
-                rows.iter().map(|row| row.metrics.get(name).copied()).collect()
+                let mut values = vec![None; trained.map_or(0, |t| t.rows)];
+                for row in &rows {
+                    if let Some(value) = values.get_mut(row.episode as usize) {
+                        *value = row.metrics.get(name).copied();
+                    }
+                }
+                values
             };
-            let in_training: Vec<f64> = figure(objective).into_iter().flatten().collect();
-            let last = &in_training[in_training.len().saturating_sub(LAST_EPISODES)..];
-            let best = identity.direction.best(in_training.iter().copied());
+            let relative = |value: Option<f64>| value.zip(unit).map(|(value, unit)| value / unit);
             let of_record = |name: &str| record.and_then(|r| r.summary.metrics.get(name).copied());
             // A training may end before its first validation is due: then its last policy is evaluated.
             let is_validated = of_record(VALIDATION_EPISODES).is_some_and(|n| n > 0.0);
@@ -246,54 +248,84 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 outcome: row.outcome,
                 diverged: row.reason.as_deref().is_some_and(|r| r.starts_with(DIVERGED)),
                 score: row.score,
-                best_episode: best.zip(unit).map(|(best, unit)| best / unit),
-                last_episodes: mean(last).zip(unit).map(|(last, unit)| last / unit),
+                best_episode: relative(trained.and_then(|t| t.best)),
+                last_episodes: relative(trained.and_then(|t| t.last)),
                 policy_row: of_choice(POLICY_ROW).map(|row| row as u32),
-                last_policy: last_policy.zip(unit).map(|(last, unit)| last / unit),
+                last_policy: relative(last_policy),
                 restarts: of_record(RESTARTS).map(|n| n as u32),
                 is_dead: of_record(DEAD).map(|dead| dead > 0.0),
                 evaluations,
-                curve: unit.map_or_else(Vec::new, |unit| {
-                    in_training.iter().map(|value| Some(value / unit)).collect()
+                curve: record.zip(unit).map_or_else(Vec::new, |(record, unit)| {
+                    curve(record, objective, unit)
                 }),
                 returns: figure(RETURN),
                 losses: figure(LOSS),
-                episodes: rows.len(),
-                steps: figure(STEPS).last().copied().flatten().map(|steps| steps as u64),
+                episodes: trained.map_or(0, |t| t.rows),
+                steps: trained.and_then(|t| t.steps).map(|steps| steps as u64),
                 wall_s: record.map(|r| r.summary.wall.wall_s),
             }
         })
         .collect()
 }
 
+/// Returns the curve of a training; see [`TrainingSummary::curve`].
+fn curve(record: &Record, objective: &str, unit: f64) -> Vec<Option<f64>> {
+    let value = |row: &&Row| row.metrics.get(objective).map(|value| value / unit);
+    let mut values = Vec::new();
+    let mut put = |row: usize, value: Option<f64>| {
+        values.resize(values.len().max(row), None);
+        values[row - 1] = value;
+    };
+    let validation: Vec<&Row> =
+        record.rows.iter().filter(|row| row.kind == RowKind::Validation).collect();
+    // Of the last ones more seeds may have been tried later.
+    let of_each = validation.iter().take_while(|row| row.episode == validation[0].episode);
+    let seeds: BTreeSet<u64> = of_each.map(|row| row.seed).collect();
+    let mut by_row: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+    for row in validation.into_iter().filter(|row| seeds.contains(&row.seed)) {
+        by_row.entry(row.episode).or_default().extend(value(&row));
+    }
+    by_row.iter().for_each(|(row, values)| put(*row as usize, mean(values)));
+    if by_row.is_empty() {
+        let rows = record.training().filter_map(|row| Some((row.episode, value(&row)?)));
+        let rows: Vec<(u32, f64)> = rows.collect();
+        for (at, (row, _)) in rows.iter().enumerate() {
+            let last = rows[(at + 1).saturating_sub(SMOOTHED_OVER)..=at].iter();
+            put(*row as usize + 1, mean(&last.map(|(_, value)| *value).collect::<Vec<_>>()));
+        }
+    }
+    values
+}
+
 /// Returns the methods that tune or learn: those with an episode of training, and those that diverged.
 pub(super) fn trained(results: &Results) -> BTreeSet<String> {
-    with_a_record(results, |_, record| has_learned(record) || has_trained(record))
+    with_a_record(results, |_, record, trained| has_learned(record, trained) || trained.rows > 0)
 }
 
 /// Returns the methods that learn.
 pub(super) fn learned(results: &Results) -> BTreeSet<String> {
     let identity = &results.manifest.identity;
     let says_so = |method: &str| identity.controller(method).is_some_and(|own| own.learns);
-    with_a_record(results, |task, record| {
-        has_learned(record) || (says_so(&task.method) && has_trained(record))
+    with_a_record(results, |task, record, trained| {
+        has_learned(record, trained) || (says_so(&task.method) && trained.rows > 0)
     })
 }
 
 /// Returns the methods of which some task with its record is such.
-fn with_a_record(results: &Results, is_such: impl Fn(&Task, &Record) -> bool) -> BTreeSet<String> {
-    let done = results.done().filter(|(task, record)| is_such(task, record));
+fn with_a_record(
+    results: &Results,
+    is_such: impl Fn(&Task, &Record, Trained) -> bool,
+) -> BTreeSet<String> {
+    let Identity { objective, direction, .. } = &results.manifest.identity;
+    let done = results.done().filter(|(task, record)| {
+        is_such(task, record, record.trained(objective, *direction))
+    });
     let methods: BTreeSet<&str> = done.map(|(task, _)| &*task.method).collect();
     methods.into_iter().map(str::to_owned).collect()
 }
 
-/// Whether a record has an episode of training.
-fn has_trained(record: &Record) -> bool {
-    record.training().next().is_some()
-}
-
 /// Whether a record alone shows that its method learns.
-fn has_learned(record: &Record) -> bool {
+fn has_learned(record: &Record, trained: Trained) -> bool {
     let diverged = record.summary.reason.as_ref().is_some_and(|r| r.starts_with(DIVERGED));
-    diverged || record.training().any(|row| row.metrics.contains_key(RETURN))
+    diverged || trained.learns
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::columns::{Cell, Columns, Line};
 use super::parquet;
+use crate::store::packed::pack;
 use crate::store::results::Results;
 use crate::store::{Layout, StoreError};
 use basics::files::{FileError, lines, write_atomically};
@@ -15,6 +16,8 @@ pub enum Format {
     Parquet,
     /// Comma-separated text
     Csv,
+    /// The run itself, without episodes of training, as runs are published
+    Packed,
 }
 
 impl Format {
@@ -23,6 +26,7 @@ impl Format {
         match self {
             Self::Parquet => "parquet",
             Self::Csv => "csv",
+            Self::Packed => "jsonl.xz",
         }
     }
 }
@@ -63,6 +67,10 @@ pub enum ExportError {
 /// [`ExportError`] when a record is damaged or the file cannot be written.
 pub fn export(layout: &Layout, to: &Path, format: Format) -> Result<Exported, ExportError> {
     let results = Results::load_all(layout)?;
+    let tasks = (results.done().count(), results.plan().len());
+    if matches!(format, Format::Packed) {
+        return Ok(Exported { rows: pack(layout, &results, to)?, tasks });
+    }
     let metrics = results.episode_metrics();
     // Of a sample that grows, only what the report is of has weights.
     let reported = results.clone().so_far();
@@ -75,13 +83,13 @@ pub fn export(layout: &Layout, to: &Path, format: Format) -> Result<Exported, Ex
     let rows: Vec<Line<'_>> = rows.collect();
     let bytes = match format {
         Format::Csv => csv(&columns, &rows),
-        Format::Parquet => parquet::bytes(&columns, &rows).map_err(|e| ExportError::Parquet {
+        _ => parquet::bytes(&columns, &rows).map_err(|e| ExportError::Parquet {
             path: to.display().to_string(),
             reason: e.to_string(),
         })?,
     };
     write_atomically(to, &bytes)?;
-    Ok(Exported { rows: rows.len(), tasks: (results.done().count(), results.plan().len()) })
+    Ok(Exported { rows: rows.len(), tasks })
 }
 
 /// Returns a table as comma-separated text; a number as the shortest text that reads back as the same.

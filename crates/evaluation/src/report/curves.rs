@@ -1,11 +1,12 @@
-//! Learning curves: the objective in training, relative to the reference if there is one, episode by episode;
-//! below, each learner alone with its return and loss.
+//! Learning curves: the objective in validation, or in training where there is no validation, relative to the reference if
+//! there is one; below, each learner alone with its return and loss.
 //!
 //! Choices where figures of this kind differ:
 //! - **Mean** over point MDPs with the weights of the score, after the mean over replicates, so that
 //!   a curve ends near the score that the method had with exploration and on training seeds.
 //! - **Same point MDPs** for all learners, as far as they have some in common.
-//! - **Smoothed** by a trailing mean, which never shows what has not happened yet.
+//! - **Validation** has the same seeds at every row, so that a curve is about the policy. A value counts until the next
+//!   one. Episodes of training are smoothed by a trailing mean, which never shows what has not happened yet.
 //! - **Band**: quantiles over trainings, each counting once; all of them when they are few.
 //! - **Logarithmic** axis of what is relative: half and double the reference are equally far from it, and a method
 //!   that fails does not flatten the others. Values themselves have a linear axis.
@@ -18,11 +19,10 @@ use super::figure::{Figure, WIDTH};
 use super::figures::{color, dash, sentence, widest_name};
 use super::scale::Scale;
 use super::svg::{Anchor, Canvas, Frame, MUTED, TextStyle};
-use super::traces::{SMOOTHED_OVER, TRACES, axes, bands};
+use super::traces::{TRACES, axes, bands, carried, smoothed};
 use super::whole::Report;
 use super::{format, traces};
-use crate::analysis::MethodSummary;
-use crate::analysis::TrainingSummary;
+use crate::analysis::{MethodSummary, SMOOTHED_OVER, TrainingSummary};
 
 /// Height of the panel of all learners and of those of one each, pixels.
 const HEIGHT_PX: (f64, f64) = (330.0, 150.0);
@@ -37,10 +37,11 @@ const LABEL_PX: f64 = 17.0;
 /// Where the first panel begins, pixels.
 const TOP_PX: f64 = 34.0;
 
-/// A learner's curve and its band, one value per episode.
+/// A learner's curve and its band, one value per row from the first that all its trainings have.
 struct Curve<'a> {
     method: &'a MethodSummary,
     trainings: Vec<&'a TrainingSummary>,
+    from: usize,
     mean: Vec<f64>,
     low: Vec<f64>,
     high: Vec<f64>,
@@ -66,15 +67,20 @@ pub(super) fn drawn(data: &Report) -> Vec<&MethodSummary> {
 pub(super) fn learning(data: &Report) -> Option<Figure> {
     let common = common_points(data);
     let curves: Vec<Curve> = drawn(data).iter().filter_map(|m| curve(data, m, &common)).collect();
-    let episodes = curves.iter().map(|c| c.mean.len()).max()?;
+    let episodes = curves.iter().map(|c| c.from + c.mean.len()).max()?;
     let rows = curves.len();
     let bottom = TOP_PX + HEIGHT_PX.0;
     let mut canvas = Canvas::new(WIDTH, bottom + 66.0 + PANEL_PX * rows as f64);
     let (noun, row, scale) = (&data.words.noun, &data.words.row, Scale::of(data));
+    let of_validation = curves.iter().flat_map(|c| &c.trainings).any(|t| t.policy_row.is_some());
+    let (when, how) = match of_validation {
+        true => ("validation".to_owned(), "validation seeds".to_owned()),
+        false => (format!("a training {row}"), format!("trailing mean of {SMOOTHED_OVER}")),
+    };
     let title = match scale {
-        Scale::Value => format!("{noun} in a training {row} ({})", data.better()),
+        Scale::Value => format!("{noun} in {when} ({})", data.better()),
         Scale::Ratio => format!(
-            "{noun} in a training {row} / mean of {} (log scale, {})",
+            "{noun} in {when} / mean of {} (log scale, {})",
             data.reference.name,
             data.better()
         ),
@@ -82,7 +88,7 @@ pub(super) fn learning(data: &Report) -> Option<Figure> {
     canvas.text(10.0, 18.0, &title, TextStyle::new(Anchor::Start).color(MUTED));
     let area = (56.0, TOP_PX, WIDTH - widest_name(data).max(100.0) - 88.0, bottom);
     let range = scale.range(curves.iter().flat_map(|c| &c.mean));
-    let label = format!("training {row} (trailing mean of {SMOOTHED_OVER})");
+    let label = format!("training {row} ({how})");
     let frame = panel(&mut canvas, area, episodes, (scale, range), label);
     let one = (scale == Scale::Ratio).then_some(0.0);
     let ends = curves.iter().map(|c| scale.at(last(&c.mean))).chain(one).map(|v| frame.y(v));
@@ -95,7 +101,7 @@ pub(super) fn learning(data: &Report) -> Option<Figure> {
     }
     for (c, y) in curves.iter().zip(labels).rev() {
         let (color, dash) = (color(data, c.method), dash(data, c.method));
-        let end = line(&mut canvas, (&frame, scale), &c.mean, (color, 2.2, dash));
+        let end = line(&mut canvas, (&frame, scale), (c.from, &c.mean), (color, 2.2, dash));
         canvas.line(end, (area.2 + 22.0, y), color, 1.2, dash);
         let text = format!("{} {}", c.method.method, format::score(last(&c.mean)));
         canvas.text(area.2 + 26.0, y + 4.5, &text, style);
@@ -128,10 +134,11 @@ pub(super) fn table(data: &Report) -> Option<String> {
     let mut header = ["method", "row", "trainings"].map(str::to_owned).to_vec();
     header.extend([objective.as_str(), "return", "loss"].into_iter().flat_map(names));
     let rows = curves.iter().flat_map(|c| {
-        let traces = TRACES.map(|trace| bands(data, &c.trainings, trace.of));
-        (0..c.mean.len()).map(move |row| {
+        let traces = TRACES.map(|trace| bands(data, &c.trainings, trace.of, smoothed));
+        (0..c.mean.len()).map(move |i| {
+            let row = c.from + i;
             let of_traces = traces.iter().map(|bands| bands.get(row).copied().flatten());
-            let bands = [Some([c.mean[row], c.low[row], c.high[row]])].into_iter().chain(of_traces);
+            let bands = [Some([c.mean[i], c.low[i], c.high[i]])].into_iter().chain(of_traces);
             let cells =
                 bands.flat_map(|band| (0..3).map(move |i| number(band.map(|band| band[i]))));
             let first =
@@ -166,14 +173,15 @@ fn small_panels(
         let frame =
             panel(canvas, area, episodes, (scale, range), format!("training {}", data.words.row));
         for other in curves.iter().filter(|o| o.method.index != c.method.index) {
-            line(canvas, (&frame, scale), &other.mean, ("#c4c4c4", 1.0, None));
+            let values = (other.from, &*other.mean);
+            line(canvas, (&frame, scale), values, ("#c4c4c4", 1.0, None));
         }
-        let at = |(e, v): (usize, &f64)| (frame.x((e + 1) as f64), frame.y(scale.at(*v)));
+        let at = |(e, v): (usize, &f64)| (frame.x((c.from + e + 1) as f64), frame.y(scale.at(*v)));
         let mut corners: Vec<_> = c.low.iter().enumerate().map(at).collect();
         corners.extend(c.high.iter().enumerate().map(at).rev());
         let (_, color, dash) = looks;
         canvas.band(&corners, color);
-        line(canvas, (&frame, scale), &c.mean, (color, 2.2, dash));
+        line(canvas, (&frame, scale), (c.from, &c.mean), (color, 2.2, dash));
         let style = TextStyle::new(Anchor::Start);
         canvas.text(area.0, top - 8.0, &c.method.method, style.bold());
         let note = format::count(c.trainings.len(), "training");
@@ -192,10 +200,11 @@ fn curve<'a>(
         .trainings_of(&method.method)
         .filter(|t| !t.curve.is_empty() && (points.is_empty() || points.contains(&t.point)))
         .collect();
-    let bands = bands(data, &trainings, |t| &t.curve).into_iter().collect::<Option<Vec<_>>>()?;
-    let of = |i: usize| bands.iter().map(|band| band[i]).collect();
-    let curve = Curve { method, trainings, mean: of(0), low: of(1), high: of(2) };
-    (!bands.is_empty()).then_some(curve)
+    let firsts = trainings.iter().map(|t| t.curve.iter().position(Option::is_some));
+    let from = firsts.flatten().max()?;
+    let bands = bands(data, &trainings, |t| &t.curve, carried);
+    let of = |i: usize| bands[from..].iter().flatten().map(|band| band[i]).collect();
+    Some(Curve { method, from, mean: of(0), low: of(1), high: of(2), trainings })
 }
 
 fn last(values: &[f64]) -> f64 {
@@ -218,14 +227,14 @@ pub(super) fn panel(
     frame
 }
 
-/// Draws values by episode, and returns where the line ends.
+/// Draws values by episode after some without, and returns where the line ends.
 pub(super) fn line(
     canvas: &mut Canvas,
     (frame, scale): (&Frame, Scale),
-    values: &[f64],
+    (from, values): (usize, &[f64]),
     (color, width, dash): (&str, f64, Option<&str>),
 ) -> (f64, f64) {
-    let at = |(e, v): (usize, &f64)| (frame.x((e + 1) as f64), frame.y(scale.at(*v)));
+    let at = |(e, v): (usize, &f64)| (frame.x((from + e + 1) as f64), frame.y(scale.at(*v)));
     let points: Vec<_> = values.iter().enumerate().map(at).collect();
     let end = points.last().copied().unwrap_or_default();
     canvas.polyline(points, color, width, dash);

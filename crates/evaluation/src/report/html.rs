@@ -14,12 +14,12 @@ use super::headline::{headline, lead};
 use super::page::render;
 use super::provenance::{CITATIONS, hashes, provenance, settings};
 use super::sections::{About, Metric, Part, Slot, Table};
-use super::traces::{FEW_TRAININGS, SMOOTHED_OVER};
+use super::traces::FEW_TRAININGS;
 use super::whole::{Report, Runs};
 use super::words::Words;
 use super::{all, format, summaries, sure, text};
 use crate::analysis::{
-    EpisodeSummary, Estimated, LAST_EPISODES, LearnerSummary, MethodSummary, TaskScore,
+    EpisodeSummary, Estimated, LAST_EPISODES, LearnerSummary, MethodSummary, SMOOTHED_OVER, TaskScore,
 };
 use crate::stats::bootstrap::RESAMPLES;
 use crate::store::manifest::{FeatureColumn, PointRow};
@@ -294,6 +294,7 @@ fn training(data: &Report) -> Option<Value> {
             points,
             few => FEW_TRAININGS,
             smoothed => SMOOTHED_OVER,
+            validated => learners.iter().any(|l| l.validated > 0),
             failed => learners.iter().map(|l| l.failed).sum::<usize>(),
             events => data.shares.iter().filter_map(|s| s.event).collect::<Vec<_>>().join(" or "),
         }

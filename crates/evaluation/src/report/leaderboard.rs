@@ -25,7 +25,7 @@ do not edit it.
   with version 0.2.0. So compare methods within one table only.
 - **Training**: trainings per point MDP, and episodes or steps of each. *Chosen*: validation chose the policies that count. *Last*: they are
   those after the last episode. Compare *chosen* only with *chosen*.
-- **Date**: the day on which the run began. The link leads to its manifest, which has all settings, seeds and hashes.
+- **Date**: the day on which the run began. The link leads to its folder.
 ";
 
 /// Returns the page.
@@ -124,7 +124,7 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
     let interval = row.interval.filter(|(low, high)| low < high);
     let interval = interval.map(|ends| format!(" ({})", format::interval(ends)));
     format!(
-        "| {place} | {method} | {score}{} | {points}{looks}{left_out} | {} | {trained} | {}, {} | [{}]({}/manifest.json) |\n",
+        "| {place} | {method} | {score}{} | {points}{looks}{left_out} | {} | {trained} | {}, {} | [{}]({}) |\n",
         interval.unwrap_or_default(),
         row.seeds,
         row.simulator,

@@ -11,12 +11,9 @@ use super::figure::WIDTH;
 use super::scale::{linear_marks, number, padded, ticks};
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
 use super::whole::Report;
-use crate::analysis::TrainingSummary;
+use crate::analysis::{SMOOTHED_OVER, TrainingSummary};
 use crate::stats::quantile::quantile;
 use crate::stats::score::{mean, weighted_mean};
-
-/// Episodes of the trailing mean.
-pub(super) const SMOOTHED_OVER: usize = 5;
 
 /// Trainings below which the band is their whole range.
 pub(super) const FEW_TRAININGS: usize = 5;
@@ -54,12 +51,31 @@ pub(super) fn smoothed(values: &[Option<f64>], episodes: usize) -> Vec<Option<f6
     (1..=episodes).map(|e| trailing(e.min(values.len()))).collect()
 }
 
+/// Returns the values of a curve, each of which counts until the next one, to the given length.
+pub(super) fn carried(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
+    let rows = values.iter().copied().chain(std::iter::repeat(None)).take(episodes);
+    rows.scan(None, |last, value| {
+        *last = value.or(*last);
+        Some(*last)
+    })
+    .collect()
+}
+
 /// Returns the mean and the band of a figure, one per episode.
-pub(super) fn bands(data: &Report, trainings: &[&TrainingSummary], of: Values) -> Vec<Band> {
+///
+/// # Arguments
+///
+/// * `smooth` — [`smoothed`] or [`carried`].
+pub(super) fn bands(
+    data: &Report,
+    trainings: &[&TrainingSummary],
+    of: Values,
+    smooth: fn(&[Option<f64>], usize) -> Vec<Option<f64>>,
+) -> Vec<Band> {
     let with_values = || trainings.iter().filter(|t| of(t).iter().any(Option::is_some));
     let episodes = with_values().map(|t| of(t).len()).max().unwrap_or(0);
     let smooth: Vec<(usize, Vec<Option<f64>>)> =
-        with_values().map(|t| (t.point, smoothed(of(t), episodes))).collect();
+        with_values().map(|t| (t.point, smooth(of(t), episodes))).collect();
     let band = |e: usize| {
         let mut by_point: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
         for (point, values) in &smooth {
@@ -87,7 +103,7 @@ pub(super) fn panel(
     area: (f64, f64, f64, f64),
     (episodes, color, dash): (usize, &str, Option<&str>),
 ) {
-    let bands = bands(data, trainings, trace.of);
+    let bands = bands(data, trainings, trace.of, smoothed);
     let style = TextStyle::new(Anchor::Start).color(MUTED);
     canvas.text(area.0, area.1 - 8.0, trace.label, style);
     let values = || bands.iter().flatten().flatten().copied();

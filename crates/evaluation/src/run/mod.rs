@@ -21,7 +21,7 @@ pub mod session;
 pub mod stop;
 pub mod task_run;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 pub mod watchdog;
 pub mod work;
 pub mod worker;

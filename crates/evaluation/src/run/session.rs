@@ -20,10 +20,9 @@ use super::plan::{Change, Draft, Established, Request, complete, establish};
 use super::watchdog::STALL_TIMEOUT_S;
 use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
-use crate::store::error::StoreError;
 use crate::store::lock::{Holder, RunLock};
 use crate::store::manifest::{GIT, Identity, Manifest, Provenance, Task};
-use crate::store::packed::is_packed;
+use crate::store::packed::unpack;
 use crate::store::results::Results;
 use crate::store::scratch::tidy_up;
 use basics::files::{FileError, beneath};
@@ -144,13 +143,12 @@ pub fn open_after<'a>(
     Ok(Session { domain, layout, manifest, prepared, kept, _lock: lock })
 }
 
-/// Takes the lock of a results directory.
+/// Takes the lock of a results directory, and unpacks it if it is packed.
 fn lock(layout: &Layout, started: String) -> Result<RunLock, RunError> {
-    if is_packed(layout) {
-        return Err(StoreError::Packed(layout.root().to_path_buf()).into());
-    }
     let version = env!("CARGO_PKG_VERSION").to_owned();
-    Ok(RunLock::take(layout, &Holder { pid: std::process::id(), version, started })?)
+    let lock = RunLock::take(layout, &Holder { pid: std::process::id(), version, started })?;
+    unpack(layout)?;
+    Ok(lock)
 }
 
 /// Returns the time, ISO 8601, UTC, to the second.

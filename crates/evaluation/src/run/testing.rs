@@ -207,7 +207,7 @@ pub(super) fn planned(evaluation_seeds: u32) -> (Manifest, Vec<Task>) {
 }
 
 /// Returns the plan of some methods.
-pub(super) fn with_request(
+pub(crate) fn with_request(
     methods: &[String],
     evaluation_seeds: u32,
     replicates: u32,

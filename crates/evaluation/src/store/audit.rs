@@ -1,6 +1,7 @@
 //! Reads everything in a results directory and says what is damaged, all at once.
 
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,7 +10,7 @@ use super::Layout;
 use super::builds::Builds;
 use super::dropped::read_dropped;
 use super::manifest::{Manifest, Task};
-use super::packed::{is_packed, number};
+use super::packed::is_packed;
 use super::plan::read_plan;
 use super::reach::Reach;
 use super::record::{Outcome, Record};
@@ -186,6 +187,12 @@ impl Audit {
         }
         Ok(())
     }
+}
+
+/// Returns the number that a file is called by; `01` is none, as no task's file is called so.
+fn number(stem: &OsStr) -> Option<usize> {
+    let text = stem.to_str()?;
+    text.parse().ok().filter(|number: &usize| number.to_string() == text)
 }
 
 /// Returns what lies in a folder, in order; nothing where there is none.

@@ -10,7 +10,7 @@ use super::Layout;
 use super::manifest::{Identity, Task};
 use crate::sample::SamplePlan;
 use crate::store::error::StoreError;
-use basics::files::{self, FileError, limits, write_atomically};
+use basics::files::{FileError, write_atomically};
 
 /// A method that is no longer evaluated.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -37,7 +37,7 @@ pub fn read_dropped(layout: &Layout, identity: &Identity) -> Result<Vec<Dropped>
             "{reason}; remove it and repeat the command that began the run, which writes it again"
         ),
     };
-    let Some(bytes) = files::if_present(files::read(&path, limits::DOCUMENT))? else {
+    let Some(bytes) = layout.document("dropped.json")? else {
         return Ok(Vec::new());
     };
     let all: Vec<Dropped> = serde_json::from_slice(&bytes).map_err(|e| malformed(e.to_string()))?;

@@ -151,13 +151,6 @@ pub enum StoreError {
         .0.display()
     )]
     Submitted(PathBuf),
-    /// A published run, to which nothing is added.
-    #[error(
-        "{dir}: its records are packed; to go on with the run, unpack them: tar -xJf {dir}/records.tar.xz -C {dir} && \
-         gunzip -k {dir}/plan.jsonl.gz",
-        dir = .0.display()
-    )]
-    Packed(PathBuf),
     /// Another process works on the directory.
     #[error(
         "{} is in use by another run ({holder}); wait for it, stop it, or give another --out",

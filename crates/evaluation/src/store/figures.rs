@@ -1,4 +1,4 @@
-//! Names of what a record's summary says of a training, beside the means over its evaluation.
+//! Names of what a record's summary says of a training, beside the means over its evaluation, and of metrics of its rows.
 
 /// Name of the metric of a record that says after which row of training the evaluated policy was taken.
 pub const POLICY_ROW: &str = "policy_row";
@@ -18,3 +18,12 @@ pub const VALIDATION_EPISODES: &str = "validation_episodes";
 
 /// What the name of the objective begins with where it is the last policy's.
 pub const LAST_PREFIX: &str = "last_";
+
+/// Metric of a training episode that only learners have; not all learners of somebody's own.
+pub const RETURN: &str = "return";
+
+/// Metric of a row of training that is not an episode: steps of training so far.
+pub const STEPS: &str = "steps";
+
+/// Training episodes whose mean is reported beside the best one.
+pub const LAST_EPISODES: usize = 10;

@@ -10,7 +10,7 @@ use super::{Layout, SCHEMA_VERSION, most};
 use crate::sample::{Draw, Look, SamplePlan, Sampling};
 use crate::stats::Direction;
 use crate::store::error::StoreError;
-use basics::files::{self, limits};
+use basics::files;
 use basics::hash::sha256;
 use basics::seed;
 
@@ -251,8 +251,7 @@ impl Manifest {
             return Err(StoreError::Adding(layout.root().to_path_buf()));
         }
         let path = layout.manifest();
-        let bytes = files::if_present(files::read(&path, limits::DOCUMENT))?;
-        let bytes = bytes.ok_or_else(|| match layout.plan().exists() {
+        let bytes = layout.document("manifest.json")?.ok_or_else(|| match layout.plan().exists() {
             true => StoreError::Manifest { path: path.clone(), reason: "it is missing".to_owned() },
             false => StoreError::NotResults(layout.root().to_path_buf()),
         })?;

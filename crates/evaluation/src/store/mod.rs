@@ -9,6 +9,7 @@
 //! DIR/logs/KKK/K.log              what the worker of task K wrote to standard error
 //! DIR/design.json                 what was known of the whole family when a balanced sample was drawn
 //! DIR/places.json                 where the intersections of the family are, for maps and tables
+//! DIR/run.jsonl.xz                all of a published run but its episodes of training, in place of the files above
 //! DIR/jobs/N/                     what was handed over to a batch system
 //! DIR/lock.json                   held while a local run goes on
 //! DIR/report/                     what `tsc-family report` writes
@@ -81,9 +82,9 @@ impl Layout {
         self.root.join("adding")
     }
 
-    /// `records.tar.xz`: the records of a published run.
+    /// `run.jsonl.xz`: a published run.
     pub fn packed(&self) -> PathBuf {
-        self.root.join("records.tar.xz")
+        self.root.join("run.jsonl.xz")
     }
 
     /// `dropped.json`: which methods a growing run no longer evaluates.

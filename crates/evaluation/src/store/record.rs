@@ -11,11 +11,13 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::figures::LAST_PREFIX;
+use super::figures::{LAST_EPISODES, LAST_PREFIX, RETURN, STEPS};
 use super::manifest::Task;
 pub use super::metrics::Metrics;
 use super::opaque::Opaque;
 use super::{Layout, SCHEMA_VERSION};
+use crate::stats::Direction;
+use crate::stats::score::mean;
 use crate::store::error::StoreError;
 use crate::store::wall::Wall;
 use basics::files::{self, limits};
@@ -114,12 +116,31 @@ pub struct Summary {
     /// intersections do not have their own arms, and in records from before it was kept.
     #[serde(default, skip_serializing_if = "Opaque::is_empty")]
     pub parts: Opaque,
+    /// What the training was, where its rows are kept elsewhere: in what is published.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub training: Option<Trained>,
     /// Number of rows that follow.
     pub rows: usize,
     /// sha256 over the summary without `checksum` and `wall`, and over the rows.
     pub checksum: String,
     /// Wall-clock values.
     pub wall: Wall,
+}
+
+/// A training in a few figures.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Trained {
+    /// Rows of training.
+    pub rows: usize,
+    /// Steps of training, where a row is not an episode.
+    pub steps: Option<f64>,
+    /// The objective in the best row.
+    pub best: Option<f64>,
+    /// Its mean over the last [`LAST_EPISODES`] rows that have it.
+    pub last: Option<f64>,
+    /// Whether a row has a return, as only those of learners do.
+    pub learns: bool,
 }
 
 /// A record: its summary and its rows.
@@ -178,6 +199,22 @@ impl Record {
         self.rows.iter().filter(|r| r.kind == RowKind::Training)
     }
 
+    /// Returns what the training was.
+    pub fn trained(&self, objective: &str, direction: Direction) -> Trained {
+        if let Some(trained) = self.summary.training {
+            return trained;
+        }
+        let values: Vec<f64> =
+            self.training().filter_map(|row| row.metrics.get(objective)).copied().collect();
+        Trained {
+            rows: self.training().count(),
+            steps: self.training().last().and_then(|row| row.metrics.get(STEPS)).copied(),
+            best: direction.best(values.iter().copied()),
+            last: mean(&values[values.len().saturating_sub(LAST_EPISODES)..]),
+            learns: self.training().any(|row| row.metrics.contains_key(RETURN)),
+        }
+    }
+
     /// Returns the record as that of a task of another plan.
     pub(crate) fn moved(&self, task: &Task, manifest: &str) -> Self {
         let mut moved = self.clone();
@@ -213,7 +250,7 @@ impl Record {
         record.sealed()
     }
 
-    fn sealed(mut self) -> Self {
+    pub(super) fn sealed(mut self) -> Self {
         self.summary.rows = self.rows.len();
         self.summary.checksum = self.checksum();
         self.summary.wall.checksum = self.summary.wall.sum(&self.summary.checksum);
@@ -287,6 +324,12 @@ impl Record {
         Ok(record)
     }
 
+    /// Checks that its numbers can be computed with.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let mut all = self.rows.iter().map(|row| &row.metrics).chain([&self.summary.metrics]);
+        all.try_for_each(files::numbers::check_all)
+    }
+
     /// Returns the text of the record's file.
     pub fn to_text(&self) -> String {
         let line = |json: serde_json::Result<String>| json.expect("a record is plain data") + "\n";
@@ -318,9 +361,7 @@ impl Record {
             }
         }
         let record = Self { summary, rows };
-        for metrics in record.rows.iter().map(|row| &row.metrics).chain([&record.summary.metrics]) {
-            files::numbers::check_all(metrics)?;
-        }
+        record.check()?;
         // As it was written, else as whoever wrote it otherwise means it.
         let rows = text[first.len()..].strip_suffix('\n').unwrap_or_default();
         let is_as_written =
@@ -343,7 +384,7 @@ impl Summary {
         Sha256::new().chain_update(serde_json::to_vec(&bare).expect("a summary is plain data"))
     }
 
-    fn new(task: &Task, manifest: &str, outcome: Outcome, wall: Wall) -> Self {
+    pub(super) fn new(task: &Task, manifest: &str, outcome: Outcome, wall: Wall) -> Self {
         Self {
             schema_version: SCHEMA_VERSION,
             task: task.task,
@@ -358,6 +399,7 @@ impl Summary {
             details: BTreeMap::new(),
             programs: Opaque::default(),
             parts: Opaque::default(),
+            training: None,
             rows: 0,
             checksum: String::new(),
             wall,

@@ -15,7 +15,6 @@ use super::plan::read_plan;
 use super::record::{OTHER_MANIFEST, Outcome, Record, RowKind};
 use crate::sample::{Design, Look};
 use crate::store::error::StoreError;
-use basics::files::{self, limits};
 use basics::hash::sha256;
 
 /// A results directory in memory: of 10^6 episodes about 200 MB.
@@ -283,8 +282,7 @@ pub(super) fn read_design(
     }
     let path = layout.design();
     let malformed = |reason: String| StoreError::Design { path: path.clone(), reason };
-    let bytes = files::if_present(files::read(&path, limits::DOCUMENT))?;
-    let bytes = bytes.ok_or_else(|| malformed("it is missing".to_owned()))?;
+    let bytes = layout.document("design.json")?.ok_or_else(|| malformed("it is missing".to_owned()))?;
     if sha256(&bytes) != *expected {
         let reason = "it is not what the sample of manifest.json was spread over";
         return Err(malformed(reason.to_owned()));
