@@ -38,6 +38,7 @@ pub mod transfer;
 mod whole;
 mod winners;
 
+pub use crate::store::figures::{LAST_EPISODES, RETURN};
 pub use board::{Board, BoardPoint};
 pub use comparison::{Comparison, FEWEST_SEEDS_FOR_PLACES};
 pub use decisive_points::DecisivePoints;
@@ -54,7 +55,6 @@ pub use ranking::{Lead, OnCommonPoints};
 pub use reference::{Reference, check_name};
 pub use standing::Standing;
 pub use summaries::{Estimated, Summaries};
-pub use crate::store::figures::{LAST_EPISODES, RETURN};
 pub use training::{LOSS, LearnerSummary, SMOOTHED_OVER, TrainingSummary};
 pub use whole::Analysis;
 pub use winners::Winner;

@@ -15,9 +15,7 @@ use super::points::PointSummary;
 use crate::stats::Direction;
 use crate::stats::quantile::median;
 use crate::stats::score::{mean, weighted_mean};
-use crate::store::figures::{
-    DEAD, LAST_PREFIX, POLICY_ROW, RESTARTS, RETURN, VALIDATION_EPISODES,
-};
+use crate::store::figures::{DEAD, LAST_PREFIX, POLICY_ROW, RESTARTS, RETURN, VALIDATION_EPISODES};
 use crate::store::manifest::{Identity, Task};
 use crate::store::record::{Outcome, Record, Row, RowKind, Trained};
 use crate::store::results::Results;
@@ -255,9 +253,9 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 restarts: of_record(RESTARTS).map(|n| n as u32),
                 is_dead: of_record(DEAD).map(|dead| dead > 0.0),
                 evaluations,
-                curve: record.zip(unit).map_or_else(Vec::new, |(record, unit)| {
-                    curve(record, objective, unit)
-                }),
+                curve: record
+                    .zip(unit)
+                    .map_or_else(Vec::new, |(record, unit)| curve(record, objective, unit)),
                 returns: figure(RETURN),
                 losses: figure(LOSS),
                 episodes: trained.map_or(0, |t| t.rows),
@@ -317,9 +315,9 @@ fn with_a_record(
     is_such: impl Fn(&Task, &Record, Trained) -> bool,
 ) -> BTreeSet<String> {
     let Identity { objective, direction, .. } = &results.manifest.identity;
-    let done = results.done().filter(|(task, record)| {
-        is_such(task, record, record.trained(objective, *direction))
-    });
+    let done = results
+        .done()
+        .filter(|(task, record)| is_such(task, record, record.trained(objective, *direction)));
     let methods: BTreeSet<&str> = done.map(|(task, _)| &*task.method).collect();
     methods.into_iter().map(str::to_owned).collect()
 }

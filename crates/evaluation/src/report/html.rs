@@ -19,7 +19,8 @@ use super::whole::{Report, Runs};
 use super::words::Words;
 use super::{all, format, summaries, sure, text};
 use crate::analysis::{
-    EpisodeSummary, Estimated, LAST_EPISODES, LearnerSummary, MethodSummary, SMOOTHED_OVER, TaskScore,
+    EpisodeSummary, Estimated, LAST_EPISODES, LearnerSummary, MethodSummary, SMOOTHED_OVER,
+    TaskScore,
 };
 use crate::stats::bootstrap::RESAMPLES;
 use crate::store::manifest::{FeatureColumn, PointRow};

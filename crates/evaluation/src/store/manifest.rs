@@ -251,10 +251,13 @@ impl Manifest {
             return Err(StoreError::Adding(layout.root().to_path_buf()));
         }
         let path = layout.manifest();
-        let bytes = layout.document("manifest.json")?.ok_or_else(|| match layout.plan().exists() {
-            true => StoreError::Manifest { path: path.clone(), reason: "it is missing".to_owned() },
-            false => StoreError::NotResults(layout.root().to_path_buf()),
-        })?;
+        let bytes =
+            layout.document("manifest.json")?.ok_or_else(|| match layout.plan().exists() {
+                true => {
+                    StoreError::Manifest { path: path.clone(), reason: "it is missing".to_owned() }
+                }
+                false => StoreError::NotResults(layout.root().to_path_buf()),
+            })?;
         Self::parse(&bytes, &path)
     }
 

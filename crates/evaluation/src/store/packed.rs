@@ -282,7 +282,8 @@ mod tests {
     #[test]
     fn all_but_episodes_of_training_comes_back_packed_and_unpacked() {
         let dir = tempfile::tempdir().unwrap();
-        let (layout, before, bytes) = packed(dir.path(), &[RowKind::Validation, RowKind::Evaluation]);
+        let (layout, before, bytes) =
+            packed(dir.path(), &[RowKind::Validation, RowKind::Evaluation]);
         let read = || Results::load(&layout).unwrap();
         let after = read();
         assert_eq!(after.manifest, before.manifest);
@@ -316,6 +317,9 @@ mod tests {
         let (layout, _, bytes) = packed(dir.path(), &[]);
         fs::write(layout.packed(), &bytes[..bytes.len() / 2]).unwrap();
         let e = Packed::of(&layout).unwrap_err();
-        assert!(matches!(&e, StoreError::Malformed { path, .. } if *path == layout.packed()), "{e}");
+        assert!(
+            matches!(&e, StoreError::Malformed { path, .. } if *path == layout.packed()),
+            "{e}"
+        );
     }
 }

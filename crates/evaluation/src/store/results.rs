@@ -282,7 +282,8 @@ pub(super) fn read_design(
     }
     let path = layout.design();
     let malformed = |reason: String| StoreError::Design { path: path.clone(), reason };
-    let bytes = layout.document("design.json")?.ok_or_else(|| malformed("it is missing".to_owned()))?;
+    let bytes =
+        layout.document("design.json")?.ok_or_else(|| malformed("it is missing".to_owned()))?;
     if sha256(&bytes) != *expected {
         let reason = "it is not what the sample of manifest.json was spread over";
         return Err(malformed(reason.to_owned()));
