@@ -7,7 +7,7 @@ use osm_signals::OsmError;
 use osm_signals::boundary::Boundary;
 use osm_signals::counts::{CountSettings, Counts};
 use osm_signals::extract::Place;
-use osm_signals::read::{read_gz, read_pbf, read_xml};
+use osm_signals::read::{read_pbf, read_xml};
 use osm_signals::signals::{SignalColumns, SignalList};
 
 /// A block with streets, without which there is no second pass.
@@ -45,19 +45,10 @@ fn varint(mut number: usize) -> Vec<u8> {
     bytes
 }
 
-/// An XML file.
+/// An XML file, plain or gzipped.
 pub(crate) fn xml(bytes: &[u8]) {
     let size = bytes.len() as u64;
-    let result = read_xml(Path::new("fuzz.osm"), size, || Ok(bytes), &|_, _| {});
-    if let Err(OsmError::Damaged { byte, .. }) = result {
-        assert!(byte <= size, "damage beyond the file");
-    }
-}
-
-/// A gzipped XML file.
-pub(crate) fn gz(bytes: &[u8]) {
-    let size = bytes.len() as u64;
-    let result = read_gz(Path::new("fuzz.osm.gz"), size, || Ok(bytes), &|_, _| {});
+    let result = read_xml(Path::new("fuzz.osm"), size, bytes, &|_, _| {});
     if let Err(OsmError::Damaged { byte, .. }) = result {
         assert!(byte <= size, "damage beyond the file");
     }

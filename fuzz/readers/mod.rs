@@ -13,10 +13,9 @@ mod tables;
 pub(crate) type Reader = fn(&[u8]);
 
 /// All readers; the seeds of each are in `seeds/NAME`.
-pub(crate) const READERS: [(&str, Reader); 25] = [
+pub(crate) const READERS: [(&str, Reader); 24] = [
     ("pbf", maps::pbf),
     ("xml", maps::xml),
-    ("gz", maps::gz),
     ("signals", maps::signals),
     ("counts", maps::counts),
     ("boundary", maps::boundary),

@@ -7,18 +7,6 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OsmError {
-    /// A file whose content is not what its name says.
-    #[error("{}: holds {found}, but its name promises {expected}; {way_out}", .path.display())]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// What it holds.
-        found: &'static str,
-        /// What its name promises.
-        expected: &'static str,
-        /// What to do.
-        way_out: String,
-    },
     /// A file that is damaged.
     #[error("{}, byte {byte}: {reason}; fetch the file again", .path.display())]
     Damaged {

@@ -13,22 +13,18 @@
 //! value says what it rests on ([`streets::Source`], [`traffic::InflowSource`]), what is worth a look has a
 //! [`flags::Flag`], and values of tags that were ignored are counted ([`oddities::Oddities`]).
 //!
-//! Left-hand traffic is read as right-hand traffic in the mirror ([`mirror`]); [`side`] tells which side an
-//! extract is of.
+//! Left-hand traffic is read as right-hand traffic in the mirror ([`mirror`]).
 //!
 //! # Examples
 //!
 //! ```
 //! use std::path::Path;
 //!
-//! use osm_signals::side::{SideSetting, decide};
 //! use osm_signals::{Inputs, Settings, Survey, read};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let extract = read(Path::new("tests/networks/t_junction/input.osm"), &|_, _| {})?;
-//! let driving_side = decide(&extract, SideSetting::Auto, None)?.driving_side;
-//! let inputs = Inputs { driving_side, ..Inputs::default() };
-//! let survey = Survey::new(&extract, &Settings::default(), &inputs);
+//! let survey = Survey::new(&extract, &Settings::default(), &Inputs::default());
 //! for intersection in &survey.found.intersections {
 //!     for (arm, turns) in intersection.arms.iter().zip(&intersection.turns) {
 //!         println!("{:3.0} deg: {} lanes in, {turns:?}", arm.bearing_deg, arm.lanes_in);
@@ -66,7 +62,6 @@ pub mod range;
 pub mod read;
 pub mod review;
 pub mod settings;
-pub mod side;
 pub mod signals;
 pub mod sites;
 pub mod sources;

@@ -23,23 +23,15 @@ pub struct Oddities {
 impl Oddities {
     /// Counts one case; `example` is called for the first of a reason only.
     pub fn add(&mut self, reason: &'static str, example: impl FnOnce() -> String) {
-        match self.reasons.get_mut(reason) {
-            Some(oddity) => oddity.count += 1,
-            None => {
-                self.reasons.insert(reason, Oddity { count: 1, example: example() });
-            }
-        }
+        let new = || Oddity { count: 0, example: example() };
+        self.reasons.entry(reason).or_insert_with(new).count += 1;
     }
 
     /// Adds the cases of another part of the same file, which comes later.
     pub fn merge(&mut self, later: Self) {
         for (reason, oddity) in later.reasons {
-            match self.reasons.get_mut(reason) {
-                Some(mine) => mine.count += oddity.count,
-                None => {
-                    self.reasons.insert(reason, oddity);
-                }
-            }
+            let count = oddity.count;
+            self.reasons.entry(reason).and_modify(|mine| mine.count += count).or_insert(oddity);
         }
     }
 

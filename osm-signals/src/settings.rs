@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::counts::CountSettings;
+use super::driving_side::DrivingSide;
 use super::range::{self, OutOfRange};
-use super::side::SideSetting;
 use super::signals::SignalColumns;
 use super::tags::Highway;
 
@@ -42,8 +42,8 @@ pub struct StreetSettings {
     pub motorway_links: bool,
     /// Lanes per direction by highway class.
     pub default_lanes: BTreeMap<Highway, u8>,
-    /// Side of the street that traffic keeps to.
-    pub driving_side: SideSetting,
+    /// Side of the street that traffic keeps to; has to be said where it may be the left one.
+    pub driving_side: Option<DrivingSide>,
     /// Distance from the junction within which the best tagged piece of a leg gives its lanes,
     /// metres: ways are often split shortly before the stop line, and the last bit left untagged.
     pub stop_line_m: f64,
@@ -63,7 +63,7 @@ impl Default for StreetSettings {
             motorways: true,
             motorway_links: true,
             default_lanes: Highway::NAMES.iter().map(|(c, _)| (*c, lanes(*c))).collect(),
-            driving_side: SideSetting::Auto,
+            driving_side: None,
             stop_line_m: 25.0,
             time_of_day: 8.0,
         }
@@ -209,7 +209,7 @@ impl Settings {
             let setting = format!("traffic.default_aadt_per_lane.{}", class.name());
             range::check(setting, *aadt, (0.0, 1e5))?;
         }
-        self.counts.check().map_err(|e| e.within("counts"))
+        self.counts.check()
     }
 }
 

@@ -14,7 +14,7 @@ use std::path::Path;
 use geo::{BoundingRect, Coord, LineString, Rect};
 use serde::{Deserialize, Serialize};
 
-use choice::{conditions, doubt, kinds, named};
+use choice::{Condition, Values, conditions, doubt, kinds, named};
 
 use super::error::{OsmError, brief};
 use super::extract::Place;
@@ -26,31 +26,22 @@ use super::wkt;
 
 /// Usual names of the column with the id, the best one first: counts and plans refer to the number of a signal or
 /// intersection, and `id` may be that of a row in a database.
-const ID: [&str; 38] = [
-    "signal_id", "signalid", "signal_number", "signalnumber", "signal_num", "signalnum",
-    "signal_no", "signalno", "signal_no.", "signal_#", "sig_id", "sigid", "sig_number", "sig_num",
-    "sig_no", "traffic_signal_id", "intersection_id", "intersectionid", "intersection_number",
-    "intersection_no", "int_id", "intid", "int_num", "int_no", "int", "node_id", "nodeid", "node",
-    "site_id", "location_id", "asset_id", "assetid", "facilityid", "id", "signal", "name",
-    "objectid", "object_id",
+const ID: [&str; 21] = [
+    "signal_id", "signal_number", "signal_num", "signal_no", "sig_id", "sig_num", "sig_no",
+    "traffic_signal_id", "intersection_id", "intersection_no", "int_id", "int_no", "int",
+    "node_id", "node", "location_id", "asset_id", "id", "signal", "name", OF_ROWS,
 ];
 
-/// Those of them that number the rows of a database, and may be others in its next export.
-const OF_ROWS: [&str; 2] = ["objectid", "object_id"];
-
-/// Those of them that are no number of a signal where a list has another column with an id.
-const NO_NUMBERS: [&str; 3] = ["name", OF_ROWS[0], OF_ROWS[1]];
+/// That of them which numbers the rows of a database, and may have others in its next export.
+const OF_ROWS: &str = "object_id";
 
 /// Usual names of the column with a text `POINT (...)`.
-const POINT: [&str; 10] = [
-    "shape", "the_geom", "geom", "geometry", "wkt", "wkt_geom", "point", "location",
-    "georeference", "geo_point",
-];
+const POINT: [&str; 7] = ["shape", "the_geom", "geom", "geometry", "wkt", "point", "location"];
 
-/// Usual names of the column with the controller; a column `controller` mostly has its type.
-const CONTROLLER: [&str; 2] = ["controller_id", "controllerid"];
+/// Usual name of the column with the controller; a column `controller` mostly has its type.
+const CONTROLLER: [&str; 1] = ["controller_id"];
 
-/// Farthest that a signal may be from the next one of its controller to be at the same intersection, metres: more than the
+/// Farthest that a signal may be from the first one of its controller to be at the same intersection, metres: more than the
 /// ramps of an interchange with one controller are apart, less than a block of most cities. This project's choice.
 const ONE_CONTROLLER_M: f64 = 250.0;
 
@@ -102,13 +93,13 @@ pub struct SignalList {
 /// Where the place of a row stands.
 enum At {
     /// In two columns.
-    Degrees(usize, usize),
+    Degrees([usize; 2]),
     /// In a text.
     Text(usize),
 }
 
 impl SignalList {
-    /// Reads a list: CSV, a workbook, GeoJSON points, a shapefile, or an archive with one of these.
+    /// Reads a list: CSV, a workbook or GeoJSON points.
     ///
     /// # Errors
     ///
@@ -118,7 +109,7 @@ impl SignalList {
         Self::from_bytes(&file::bytes(path)?, path, columns)
     }
 
-    /// Reads a list from the bytes of a file; `path` is for messages, and for the other files of a shapefile.
+    /// Reads a list from the bytes of a file; of a workbook the first sheet that holds anything. `path` is for messages.
     ///
     /// # Errors
     ///
@@ -128,82 +119,69 @@ impl SignalList {
         path: &Path,
         columns: &SignalColumns,
     ) -> Result<Self, OsmError> {
-        let source = Source::of(bytes, path)?;
-        let mut table = Table::with_rows(&source.bytes, path, source.rows)?;
-        let id = Column { what: "id", given: columns.id.as_deref(), usual: &ID };
-        let id = table.find(&id)?;
-        let id_doubt = columns.id.is_none().then(|| id_doubt(&table, id)).flatten();
-        let controller =
-            Column { what: "controller", given: columns.controller.as_deref(), usual: &CONTROLLER };
+        let source = Source::sheets(bytes, path)?.swap_remove(0);
+        let mut table = Table::open(&source.bytes, path, source.rows)?;
+        let id = table.find(&Column { what: "id", given: columns.id.as_deref(), usual: &ID })?;
+        let controller = columns.controller.as_deref();
+        let controller = Column { what: "controller", given: controller, usual: &CONTROLLER };
         let controller = table.find(&controller)?;
         let at = places(&table, columns)?;
         let conditions = conditions(&table, &columns.keep)?;
         let kinds = kinds(&table, &conditions);
-        let mut found: BTreeMap<usize, BTreeMap<String, usize>> = BTreeMap::new();
-        let mut left: BTreeMap<usize, BTreeMap<String, usize>> = BTreeMap::new();
+        let mut found: BTreeMap<usize, Values> = BTreeMap::new();
+        let mut left: BTreeMap<usize, Values> = BTreeMap::new();
         let mut list = Self { signals: Vec::new(), left_out: 0, doubts: Vec::new() };
+        if columns.id.is_none() {
+            list.doubts.extend(id_doubt(&table, id));
+        }
         let mut lines: BTreeMap<String, u64> = BTreeMap::new();
         let mut number = 0;
         while let Some(row) = table.next_row()? {
-            let line = row.line;
             number += 1;
-            let value = |column: usize| row.text(column).to_lowercase();
-            if let Some(condition) = conditions.iter().find(|c| !c.holds(&value(c.column))) {
-                let values = left.entry(condition.column).or_default();
-                *values.entry(row.text(condition.column).to_owned()).or_default() += 1;
+            let count = |of: &mut BTreeMap<usize, Values>, column: usize| {
+                let values = of.entry(column).or_default();
+                *values.entry(row.text(column).to_owned()).or_default() += 1;
+            };
+            let asked = |c: &&Condition| !c.holds(&row.text(c.column).to_lowercase());
+            if let Some(condition) = conditions.iter().find(asked) {
+                count(&mut left, condition.column);
                 list.left_out += 1;
                 continue;
             }
-            let id = match id.map(|column| row.text(column)) {
-                None => number.to_string(),
-                Some("") => {
-                    let reason = "no id; give every signal one, or remove the column to number \
-                                  the rows";
-                    return Err(table.error(line, reason.to_owned()));
-                }
-                Some(id) => id.to_owned(),
-            };
-            if let Some(first) = lines.insert(id.clone(), line) {
-                let id = brief(&id);
-                let first = table.number_of(first);
+            let id = id.map_or_else(|| number.to_string(), |column| row.text(column).to_owned());
+            if id.is_empty() {
+                return Err(table.error(row.line, "no id; give every signal one".to_owned()));
+            }
+            if let Some(first) = lines.insert(id.clone(), row.line) {
+                let (id, first) = (brief(&id), table.number_of(first));
                 let reason = format!(
-                    "signal {id} is on line {first} already; if these are two signals, name a column that \
-                     tells them apart (`id` in [signals] of the settings), else remove one of them"
+                    "signal {id} is on line {first} already; remove one of them, or name another column as `id` in \
+                     [signals] of the settings"
                 );
-                return Err(table.error(line, reason));
+                return Err(table.error(row.line, reason));
             }
-            for kind in &kinds {
-                *found.entry(*kind).or_default().entry(row.text(*kind).to_owned()).or_default() +=
-                    1;
-            }
+            kinds.iter().for_each(|kind| count(&mut found, *kind));
             let controller = controller.map(|column| row.text(column)).filter(|c| !c.is_empty());
             list.signals.push(ListedSignal {
                 id,
                 place: at.place(&table, &row)?,
-                line: table.number_of(line),
+                line: table.number_of(row.line),
                 controller: controller.map(str::to_owned),
             });
         }
-        if list.signals.is_empty() {
-            let reason = match left.iter().next() {
-                Some((column, values)) => format!(
-                    "no row is as asked for; column {} has {}",
-                    brief(table.name(*column)),
-                    named(values)
-                ),
-                None => "no signal below the first line; give one row per signal".to_owned(),
-            };
-            return Err(table.nothing(&reason));
+        if let Some((column, values)) = left.iter().next().filter(|_| list.signals.is_empty()) {
+            let (column, values) = (table.name(*column), named(values));
+            return Err(
+                table.nothing(&format!("no row is as asked for; column {column} has {values}"))
+            );
         }
-        if list
-            .signals
-            .iter()
-            .all(|signal| (signal.place.latitude_e7, signal.place.longitude_e7) == (0, 0))
-        {
-            return Err(table.nothing(&at.without_places(&table)));
+        if list.signals.iter().all(|signal| signal.is_nowhere()) {
+            return Err(
+                table.nothing("no row with a place; name the columns in [signals] of the settings")
+            );
         }
-        let kinds = found.into_iter().filter_map(|(c, values)| doubt(table.name(c), &values));
-        list.doubts = id_doubt.into_iter().chain(kinds).collect();
+        let kinds = found.into_iter().filter_map(|(c, values)| doubt(&table.name(c), &values));
+        list.doubts.extend(kinds);
         list.doubts.extend(part_controllers(&mut list.signals));
         Ok(list)
     }
@@ -219,130 +197,80 @@ impl SignalList {
     }
 }
 
-impl At {
-    /// Returns the place of a row; latitude 0, longitude 0 for one without any.
-    fn place(&self, table: &Table<'_>, row: &sheet::Row) -> Result<Place, OsmError> {
-        let nowhere = Place { latitude_e7: 0, longitude_e7: 0 };
-        match *self {
-            Self::Degrees(latitude, longitude) => {
-                let empty = row.text(latitude).is_empty() && row.text(longitude).is_empty();
-                if empty { Ok(nowhere) } else { table.place(row, (latitude, longitude)) }
-            }
-            Self::Text(column) => match row.text(column) {
-                "" => Ok(nowhere),
-                text => wkt::point(text)
-                    .and_then(|(latitude, longitude)| checked_place(latitude, longitude))
-                    .map_err(|reason| table.error(row.line, reason)),
-            },
-        }
-    }
-
-    /// Returns what is wrong with a list of which no row has a place.
-    fn without_places(&self, table: &Table<'_>) -> String {
-        let name = |column: usize| brief(table.name(column));
-        let (read, settings) = match *self {
-            Self::Degrees(latitude, longitude) => (
-                format!("columns {} and {}", name(latitude), name(longitude)),
-                "`latitude` and `longitude`",
-            ),
-            Self::Text(column) => (format!("column {}", name(column)), "`point`"),
-        };
-        format!(
-            "no row has a place in the {read}; fill them in, or name other columns ({settings} in [signals] of the \
-             settings)"
-        )
+impl ListedSignal {
+    /// Returns whether it is where programs put what has no place.
+    pub fn is_nowhere(&self) -> bool {
+        (self.place.latitude_e7, self.place.longitude_e7) == (0, 0)
     }
 }
 
-/// Says which column has the id where others could have it, and where ids may change from one export to the next.
-fn id_doubt(table: &Table<'_>, id: Option<usize>) -> Option<String> {
-    let Some(id) = id else {
-        let doubt = "no column has an id, so that the rows are numbered, and change their numbers with their order; name a \
-                     column as `id` in [signals] of the settings";
-        return Some(doubt.to_owned());
-    };
-    let of_rows = Column { what: "id", given: None, usual: &OF_ROWS };
-    if table.find(&of_rows).ok().flatten() == Some(id) {
-        return Some(format!(
-            "the id is {}, which numbers the rows of a database and may change with each export; name a column with the \
-             number of the signal as `id` in [signals] of the settings",
-            brief(table.name(id))
-        ));
+impl At {
+    /// Returns the place of a row; latitude 0, longitude 0 for one without any.
+    fn place(&self, table: &Table<'_>, row: &sheet::Row) -> Result<Place, OsmError> {
+        let is_empty = match *self {
+            Self::Degrees(columns) => columns.iter().all(|column| row.text(*column).is_empty()),
+            Self::Text(column) => row.text(column).is_empty(),
+        };
+        match *self {
+            _ if is_empty => Ok(Place { latitude_e7: 0, longitude_e7: 0 }),
+            Self::Degrees(columns) => table.place(row, columns),
+            Self::Text(column) => wkt::point(row.text(column))
+                .and_then(|(latitude, longitude)| checked_place(latitude, longitude))
+                .map_err(|reason| table.error(row.line, reason)),
+        }
     }
-    let could = ID.iter().filter(|name| !NO_NUMBERS.contains(name)).filter_map(|name| {
-        let column = Column { what: "id", given: None, usual: std::slice::from_ref(name) };
-        table.find(&column).ok().flatten()
-    });
-    let could: Vec<String> = could.map(|column| brief(table.name(column))).collect();
-    (could.len() > 1).then(|| {
-        format!(
-            "several columns could be the id ({}), and {} is used; name another one as `id` in [signals] of the \
-             settings",
-            could.join(", "),
-            brief(table.name(id))
-        )
-    })
+}
+
+/// Says where ids may change from one export to the next.
+fn id_doubt(table: &Table<'_>, id: Option<usize>) -> Option<String> {
+    let of_rows = Column { what: "id", given: None, usual: &[OF_ROWS] };
+    let what = match id {
+        None => "no column has an id, so that the rows are numbered".to_owned(),
+        Some(id) if table.find(&of_rows).ok()? == Some(id) => {
+            format!("the id is {}, the number of a row in a database", table.name(id))
+        }
+        Some(_) => return None,
+    };
+    Some(format!(
+        "{what}, which may be another one in the next export; name a column as `id` in [signals] of the settings"
+    ))
 }
 
 /// Returns where the places of a list stand.
 fn places(table: &Table<'_>, columns: &SignalColumns) -> Result<At, OsmError> {
     let text = Column { what: "point", given: columns.point.as_deref(), usual: &POINT };
-    let degrees = [
-        Column::latitude(columns.latitude.as_deref()),
-        Column::longitude(columns.longitude.as_deref()),
-    ];
-    if columns.point.is_none() {
-        let found = [table.find(&degrees[0])?, table.find(&degrees[1])?];
-        if let [Some(latitude), Some(longitude)] = found {
-            return Ok(At::Degrees(latitude, longitude));
-        }
-        let named = columns.latitude.is_some() || columns.longitude.is_some();
-        if let Some(column) = table.find(&text)?.filter(|_| !named) {
-            return Ok(At::Text(column));
-        }
-        return Ok(At::Degrees(table.need(&degrees[0])?, table.need(&degrees[1])?));
+    if columns.point.is_some() {
+        return Ok(At::Text(table.need(&text)?));
     }
-    Ok(At::Text(table.need(&text)?))
+    let given = [columns.latitude.as_deref(), columns.longitude.as_deref()];
+    let degrees = Column::place(given);
+    let found = [table.find(&degrees[0])?, table.find(&degrees[1])?];
+    match (found, table.find(&text)?) {
+        ([Some(latitude), Some(longitude)], _) => Ok(At::Degrees([latitude, longitude])),
+        (_, Some(column)) if given == [None, None] => Ok(At::Text(column)),
+        _ => Ok(At::Degrees([table.need(&degrees[0])?, table.need(&degrees[1])?])),
+    }
 }
 
-/// Gives signals of one controller that are not near each other controllers of their own, and says so: one intersection
-/// cannot have them all, and a column may hold another thing, such as the type of the controller.
+/// Takes the controller from signals that are far from its first one, and says so: one intersection cannot have them all,
+/// and a column may hold another thing, such as the type of the controller.
 fn part_controllers(signals: &mut [ListedSignal]) -> Option<String> {
-    let mut of: BTreeMap<String, Vec<usize>> = BTreeMap::new();
-    for (row, signal) in signals.iter().enumerate() {
-        if let Some(controller) = &signal.controller {
-            of.entry(controller.clone()).or_default().push(row);
+    let mut first: BTreeMap<String, Place> = BTreeMap::new();
+    let mut apart = 0;
+    for signal in signals {
+        let Some(controller) = &signal.controller else { continue };
+        let first = *first.entry(controller.clone()).or_insert(signal.place);
+        if distance_m(first, signal.place) > ONE_CONTROLLER_M {
+            signal.controller = None;
+            apart += 1;
         }
     }
-    let mut apart: Vec<(String, usize)> = Vec::new();
-    for (controller, mut rows) in of {
-        let mut parts = 0;
-        while let Some(first) = rows.pop() {
-            let mut part = vec![first];
-            let mut next = 0;
-            while let Some(from) = part.get(next).map(|row| signals[*row].place) {
-                let near = |row: &usize| distance_m(from, signals[*row].place) <= ONE_CONTROLLER_M;
-                part.extend(rows.extract_if(.., |row| near(row)));
-                next += 1;
-            }
-            parts += 1;
-            if parts > 1 {
-                part.iter().for_each(|row| {
-                    signals[*row].controller = Some(format!("{controller} {parts}"))
-                });
-            }
-        }
-        if parts > 1 {
-            apart.push((controller, parts));
-        }
-    }
-    let (controller, parts) = apart.first()?;
-    Some(format!(
-        "{} controllers have signals more than {ONE_CONTROLLER_M} m from their others, which stay intersections of their \
-         own: {} has {parts} places",
-        apart.len(),
-        brief(controller)
-    ))
+    (apart > 0).then(|| {
+        format!(
+            "{apart} signals are more than {ONE_CONTROLLER_M} m from the first one of their controller and stay \
+             intersections of their own"
+        )
+    })
 }
 
 #[cfg(test)]

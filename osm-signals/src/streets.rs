@@ -193,22 +193,10 @@ mod tests {
     }
 
     #[test]
-    fn an_even_total_is_halved() {
-        assert_eq!(lanes(&[("lanes", "4")], true), (2, 0, 0));
-    }
-
-    #[test]
     fn an_odd_total_has_a_centre_lane_for_left_turns() {
         assert_eq!(lanes(&[("lanes", "5")], true), (3, 1, 0));
         assert_eq!(lanes(&[("lanes", "5")], false), (3, 1, 0));
         assert_eq!(lanes(&[("lanes", "1")], false), (1, 0, 0));
-    }
-
-    #[test]
-    fn a_tagged_centre_lane_counts_in_both_directions() {
-        let tags = [("lanes", "5"), ("lanes:forward", "2"), ("lanes:both_ways", "1")];
-        assert_eq!(lanes(&tags, true), (3, 1, 0));
-        assert_eq!(lanes(&tags, false), (3, 1, 0));
     }
 
     #[test]
@@ -253,11 +241,5 @@ mod tests {
     fn marks_against_the_nodes_are_those_of_backward() {
         let tags = [("oneway", "-1"), ("turn:lanes:backward", "left|through")];
         assert_eq!(lanes(&tags, false), (2, 1, 0));
-    }
-
-    #[test]
-    fn an_untagged_street_has_the_default_of_its_class() {
-        assert_eq!(lanes(&[], true), (2, 0, 0));
-        assert_eq!(lanes(&[("oneway", "yes")], true), (2, 0, 0));
     }
 }

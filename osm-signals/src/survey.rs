@@ -33,7 +33,7 @@ pub struct Inputs<'a> {
     pub counts: Option<&'a Counts>,
     /// Where intersections must lie.
     pub boundary: Option<&'a Boundary>,
-    /// Side of the street that traffic keeps to; [`decide`](super::side::decide) tells that of an extract.
+    /// Side of the street that traffic keeps to.
     pub driving_side: DrivingSide,
 }
 

@@ -69,12 +69,24 @@ pub fn traffic(
     counts: Option<(&Counts, &Spread<'_>)>,
     settings: &TrafficSettings,
 ) -> Vec<Vec<ArmTraffic>> {
-    let counted: Vec<Vec<Option<ArmTraffic>>> = intersections
-        .iter()
-        .map(|i| i.arms.iter().map(|arm| counted(arm, counts?.0, settings)).collect())
-        .collect();
+    let here = |arm: &Arm| {
+        let (counts, _) = counts.filter(|_| arm.lanes_in > 0)?;
+        let found = counts.along(&arm.places, arm.lanes_in + arm.lanes_out)?;
+        let found = (found.aadt_veh_per_day, found.id, found.distance_m);
+        Some(counted(arm, InflowSource::Counted, found, settings))
+    };
+    let elsewhere = |arm: &Arm| {
+        let (counts, spread) = counts.filter(|_| arm.lanes_in > 0)?;
+        let found = spread.find(arm, counts)?;
+        let found = (found.aadt_veh_per_day, found.id, found.along_m);
+        Some(counted(arm, InflowSource::Spread, found, settings))
+    };
+    let counted_here: Vec<Vec<Option<ArmTraffic>>> =
+        intersections.iter().map(|i| i.arms.iter().map(|arm| here(arm)).collect()).collect();
     let mut sums: BTreeMap<Highway, (f64, u32)> = BTreeMap::new();
-    for (arm, traffic) in intersections.iter().flat_map(|i| &i.arms).zip(counted.iter().flatten()) {
+    for (arm, traffic) in
+        intersections.iter().flat_map(|i| &i.arms).zip(counted_here.iter().flatten())
+    {
         if let Some(traffic) = traffic {
             let (sum, count) = sums.entry(arm.highway).or_default();
             *sum += traffic.aadt_per_lane;
@@ -91,7 +103,7 @@ pub fn traffic(
         ),
     };
     let complete = |arm: &Arm, traffic: Option<ArmTraffic>| {
-        traffic.or_else(|| spread(arm, counts?, settings)).unwrap_or_else(|| {
+        traffic.or_else(|| elsewhere(arm)).unwrap_or_else(|| {
             let (aadt_per_lane, source) = typical(arm.highway);
             let aadt_per_lane = if arm.lanes_in == 0 { 0.0 } else { aadt_per_lane };
             ArmTraffic { aadt_per_lane, source, count: None }
@@ -99,37 +111,20 @@ pub fn traffic(
     };
     intersections
         .iter()
-        .zip(counted)
+        .zip(counted_here)
         .map(|(i, row)| i.arms.iter().zip(row).map(|(arm, t)| complete(arm, t)).collect())
         .collect()
 }
 
-fn counted(arm: &Arm, counts: &Counts, settings: &TrafficSettings) -> Option<ArmTraffic> {
-    if arm.lanes_in == 0 {
-        return None;
-    }
-    let found = counts.along(&arm.places, arm.lanes_in + arm.lanes_out)?;
-    Some(ArmTraffic {
-        aadt_per_lane: per_lane(arm, found.aadt_veh_per_day, settings),
-        source: InflowSource::Counted,
-        count: Some(CountUse { id: found.id, distance_m: found.distance_m }),
-    })
-}
-
-fn spread(
+/// Returns the traffic of an arm with a count: its vehicles per day, its id and distance.
+fn counted(
     arm: &Arm,
-    (counts, spread): (&Counts, &Spread<'_>),
+    source: InflowSource,
+    (aadt_veh_per_day, id, distance_m): (f64, String, f64),
     settings: &TrafficSettings,
-) -> Option<ArmTraffic> {
-    if arm.lanes_in == 0 {
-        return None;
-    }
-    let found = spread.find(arm, counts)?;
-    Some(ArmTraffic {
-        aadt_per_lane: per_lane(arm, found.aadt_veh_per_day, settings),
-        source: InflowSource::Spread,
-        count: Some(CountUse { id: found.id, distance_m: found.along_m }),
-    })
+) -> ArmTraffic {
+    let aadt_per_lane = per_lane(arm, aadt_veh_per_day, settings);
+    ArmTraffic { aadt_per_lane, source, count: Some(CountUse { id, distance_m }) }
 }
 
 /// Returns the part of a count that one incoming lane of an arm carries on the mean of its directions.

@@ -1,16 +1,6 @@
 //! Points as texts: `POINT (longitude latitude)`, as databases and portals write them.
 
-use serde::Deserialize;
-
 use super::error::brief;
-
-/// A point as GeoJSON, which portals of CKAN write into cells.
-#[derive(Deserialize)]
-#[serde(tag = "type", content = "coordinates")]
-enum GeoJson {
-    Point(Vec<f64>),
-    MultiPoint([Vec<f64>; 1]),
-}
 
 /// Returns latitude and longitude, degrees, of a text such as `POINT (-111.9 40.7)`, `SRID=4326;POINT Z(-111.9 40.7 3)`,
 /// `(40.7, -111.9)`, which portals of Socrata write, or `{"type": "Point", "coordinates": [-111.9, 40.7]}`.
@@ -19,40 +9,24 @@ enum GeoJson {
 ///
 /// What is expected instead.
 pub(super) fn point(text: &str) -> Result<(f64, f64), String> {
-    let wrong = || {
-        format!(
-            "{:?}: expected POINT (longitude latitude), such as POINT (-111.89 40.76)",
-            brief(text)
-        )
+    let found = || {
+        let (kind, rest) = text.split_once(['(', '['])?;
+        let (inner, _) = rest.rsplit_once([')', ']'])?;
+        let numbers = inner.split([' ', ',', '(', ')', '[', ']']).filter(|n| !n.is_empty());
+        let numbers: Vec<f64> = numbers.map(|n| n.parse().ok()).collect::<Option<_>>()?;
+        match (kind.trim(), &numbers[..]) {
+            ("", [latitude, longitude]) => Some((*latitude, *longitude)),
+            ("", _) => None,
+            (_, [longitude, latitude] | [longitude, latitude, _]) => {
+                text.to_uppercase().contains("POINT").then_some((*latitude, *longitude))
+            }
+            _ => None,
+        }
     };
-    if text.trim_start().starts_with('{') {
-        let (GeoJson::Point(at) | GeoJson::MultiPoint([at])) =
-            serde_json::from_str(text).map_err(|_| wrong())?;
-        return match at[..] {
-            [longitude, latitude] | [longitude, latitude, _] => Ok((latitude, longitude)),
-            _ => Err(wrong()),
-        };
-    }
-    let plain = text.trim().to_uppercase();
-    let plain = plain.split_once(';').map_or(plain.as_str(), |(_, rest)| rest).trim();
-    let kind = plain.split('(').next().unwrap_or_default().trim();
-    let inner = plain
-        .split_once('(')
-        .and_then(|(_, rest)| rest.trim().strip_suffix(')'))
-        .ok_or_else(wrong)?;
-    // MULTIPOINT ((x y)) has two pairs of parentheses.
-    let inner = inner.trim().trim_start_matches('(').trim_end_matches(')');
-    let numbers: Option<Vec<f64>> =
-        inner.split([' ', ',']).filter(|n| !n.is_empty()).map(|n| n.parse().ok()).collect();
-    let numbers = numbers.ok_or_else(wrong)?;
-    let words: Vec<&str> = kind.split_whitespace().collect();
-    match (&words[..], &numbers[..]) {
-        ([], [latitude, longitude]) => Ok((*latitude, *longitude)),
-        (["POINT" | "MULTIPOINT"], [longitude, latitude])
-        | (["POINT" | "POINTZ" | "POINTM", ..], [longitude, latitude, _])
-        | (["POINT" | "POINTZM", ..], [longitude, latitude, _, _]) => Ok((*latitude, *longitude)),
-        _ => Err(wrong()),
-    }
+    found().ok_or_else(|| {
+        let text = brief(text);
+        format!("{text:?}: expected POINT (longitude latitude), such as POINT (-111.89 40.76)")
+    })
 }
 
 #[cfg(test)]

@@ -228,20 +228,6 @@ fn a_row_that_is_off_goes_to_the_junction_with_a_signal() {
 }
 
 #[test]
-fn a_row_beside_a_signal_at_a_stop_line_names_no_further_junction() {
-    // The signal stands 12 m west of the western crossing, the row 20 m west of it.
-    let extract = two_crossings(&[(30, -12.0)]);
-    let signals = list(&row("a", -20.0));
-    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
-    let survey = Survey::new(&extract, &Settings::default(), &inputs);
-    assert_eq!(ids(&survey), ["a"]);
-    assert_eq!(
-        (&survey.found.intersections[0].signals[..], survey.listed[0].on_map),
-        (&[30][..], true)
-    );
-}
-
-#[test]
 fn of_two_rows_at_one_intersection_the_nearer_one_is_matched() {
     let extract = four_arms(&[]);
     let signals = list("far,40.0002,-75.0\nnear,40.0001,-75.0\nelsewhere,40.1,-75.0\nno,0,0\n");
@@ -253,14 +239,6 @@ fn of_two_rows_at_one_intersection_the_nearer_one_is_matched() {
     assert_eq!(notes, [Some(expected[0]), None, Some(expected[1]), Some(expected[2])]);
     let metres: Vec<_> = survey.listed.iter().map(|l| l.distance_m.map(f64::round)).collect();
     assert_eq!(metres, [Some(22.0), Some(11.0), None, None]);
-}
-
-#[test]
-fn an_intersection_that_is_not_listed_is_left_out() {
-    let signals = list("a,40.1,-75.0\n");
-    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
-    let survey = Survey::new(&four_arms(&[]), &Settings::default(), &inputs);
-    assert_eq!(survey.skips(), [(Skip::NotListed, 1)]);
 }
 
 #[test]

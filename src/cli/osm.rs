@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use osm_signals::side::SideSetting;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use osm_signals::DrivingSide;
 
 use super::build_networks::next;
 use super::folder::CITY;
@@ -21,13 +21,6 @@ use crate::traffic::report::quality::write_quality;
 use crate::traffic::settings::Detail;
 use crate::traffic::turning::Period;
 
-/// What `--driving-side` takes.
-const SIDES: [(&str, SideSetting, &str); 3] = [
-    ("auto", SideSetting::Auto, "Decided by country and streets"),
-    ("right", SideSetting::Right, "Traffic keeps to the right"),
-    ("left", SideSetting::Left, "Traffic keeps to the left"),
-];
-
 /// Options that only `--osm` understands.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "From OpenStreetMap")]
@@ -35,7 +28,7 @@ pub struct OsmArgs {
     /// Extract to derive a family from: .osm.pbf, .osm or .osm.gz
     #[arg(long, value_name = "FILE", conflicts_with = "scenario")]
     pub osm: Option<PathBuf>,
-    /// List of the signals that count: CSV, XLSX, GeoJSON, shapefile, or zipped, with places [default: those of the map]
+    /// List of the signals that count: CSV, XLSX or GeoJSON, with places [default: those of the map]
     #[arg(long, value_name = "FILE", requires = "osm")]
     pub signals: Option<PathBuf>,
     /// Rows of the list that count, such as TYPE=SIGNAL or 'STATUS!=PLANNED' (repeatable)
@@ -50,19 +43,18 @@ pub struct OsmArgs {
     /// Settings of the derivation, TOML
     #[arg(long, value_name = "FILE", requires = "osm")]
     pub config: Option<PathBuf>,
-    /// Side of the street that traffic keeps to [default: auto, by country and streets]
+    /// Side of the street that traffic keeps to [default: right, where no country nearby has left]
     #[arg(long, value_name = "SIDE", requires = "osm", value_parser = side_parser())]
-    pub driving_side: Option<SideSetting>,
+    pub driving_side: Option<DrivingSide>,
     /// Six features per intersection, or its real arms [default: per-approach]
     #[arg(long, value_enum, requires = "osm")]
     pub detail: Option<Detail>,
 }
 
-fn side_parser() -> impl TypedValueParser<Value = SideSetting> {
-    let words = SIDES.map(|(word, _, help)| PossibleValue::new(word).help(help));
-    PossibleValuesParser::new(words).map(|word| {
-        let (_, side, _) = SIDES.into_iter().find(|(w, ..)| *w == word).expect("one was matched");
-        side
+fn side_parser() -> impl TypedValueParser<Value = DrivingSide> {
+    PossibleValuesParser::new(["right", "left"]).map(|word| match &*word {
+        "left" => DrivingSide::Left,
+        _ => DrivingSide::Right,
     })
 }
 
@@ -179,7 +171,7 @@ fn summary(quality: &Quality) -> Vec<String> {
         "{} signals: {} in {} intersections, which are {} point MDPs",
         quality.signals, quality.signals_used, quality.intersections, quality.point_mdps
     )];
-    lines.push(quality.side.text());
+    lines.push(format!("traffic keeps to the {}", quality.driving_side));
     lines.extend(quality.skipped.iter().map(|s| format!("  {} {}", s.signals, s.text)));
     let known: Vec<String> = quality
         .provenance

@@ -8,9 +8,6 @@ use osm_signals::DrivingSide;
 use osm_signals::flags::Flag as MapFlag;
 use osm_signals::intersections::Skip;
 use osm_signals::oddities::{Oddities, Oddity};
-use osm_signals::side::DecidedBy;
-use osm_signals::side::countries::Country;
-use osm_signals::side::evidence::Votes;
 use osm_signals::streets::Source;
 use osm_signals::tags::Highway;
 use osm_signals::traffic::InflowSource;
@@ -22,7 +19,6 @@ use tsc_family::traffic::city::quality::{
     CountsSummary, Distribution, InputFile, Provenance, Quality, SkipCount,
 };
 use tsc_family::traffic::city::reason::Reason;
-use tsc_family::traffic::city::side::CitySide;
 use tsc_family::traffic::city::sketch::{Sketch, SketchArm};
 use tsc_family::traffic::city::spots::{Spot, SpotArm};
 use tsc_family::traffic::report::quality::write_quality;
@@ -109,19 +105,7 @@ fn plain() -> Quality {
         version: "0.1.0",
         inputs: vec![file("extract", "a <b> & \"c\".osm.pbf")],
         written: BTreeMap::new(),
-        side: CitySide {
-            driving_side: DrivingSide::Left,
-            decided_by: DecidedBy::Streets,
-            countries: vec![Country {
-                code: "US".to_owned(),
-                driving_side: DrivingSide::Right,
-                places: 10,
-            }],
-            roundabouts: Votes { right: 0, left: 4 },
-            carriageways: Votes { right: 1, left: 9 },
-            tags: Votes::default(),
-            warning: Some("the streets say otherwise than the country".to_owned()),
-        },
+        driving_side: DrivingSide::Left,
         ways: 30,
         signals: 10,
         signals_used: 4,

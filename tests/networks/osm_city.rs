@@ -4,9 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
 
-use osm_signals::side::{SideSetting, decide};
 use osm_signals::signals::{SignalColumns, SignalList};
-use osm_signals::{Extract, Inputs, Settings, Survey, read};
+use osm_signals::{DrivingSide, Extract, Inputs, Settings, Survey, read};
 use tsc_family::traffic::city::derive::{Event, derive};
 use tsc_family::traffic::city::flag::Flag;
 use tsc_family::traffic::city::input::Request;
@@ -22,10 +21,8 @@ fn case(name: &str) -> Extract {
 }
 
 fn city(extract: &Extract, signals: Option<&SignalList>) -> City {
-    let decision = decide(extract, SideSetting::Auto, None).unwrap();
-    let driving_side = decision.driving_side;
-    let inputs = Inputs { signals, driving_side, ..Inputs::default() };
-    City::new(Survey::new(extract, &Settings::default(), &inputs), decision.into())
+    let inputs = Inputs { signals, ..Inputs::default() };
+    City::new(Survey::new(extract, &Settings::default(), &inputs), DrivingSide::Right)
 }
 
 fn ids(city: &City) -> Vec<&str> {

@@ -11,10 +11,8 @@ use osm_signals::extract::Extract;
 use osm_signals::mirror::mirrored_extract;
 use osm_signals::read::read;
 use osm_signals::settings::Settings;
-use osm_signals::side::{DecidedBy, SideDecision, SideSetting, decide};
 use osm_signals::survey::{Inputs, Survey};
 use tsc_family::traffic::city::config::CityConfig;
-use tsc_family::traffic::city::side::CitySide;
 use tsc_family::traffic::city::sites::City;
 use tsc_family::traffic::city::table::approaches;
 use tsc_family::traffic::family::approaches::Approach;
@@ -39,13 +37,9 @@ fn of_text(text: &str) -> Extract {
     read(file.path(), &nothing).unwrap()
 }
 
-fn auto(extract: &Extract) -> SideDecision {
-    decide(extract, SideSetting::Auto, None).unwrap()
-}
-
 fn city(extract: &Extract, settings: &Settings, driving_side: DrivingSide) -> City {
     let survey = Survey::new(extract, settings, &Inputs { driving_side, ..Inputs::default() });
-    City::new(survey, CitySide { driving_side, ..CitySide::default() })
+    City::new(survey, driving_side)
 }
 
 /// The table of approaches, by intersection and bearing, without the letters of the arms.
@@ -94,7 +88,7 @@ fn longitudes(value: &impl std::fmt::Debug) -> Vec<i32> {
 }
 
 fn assert_mirrored(name: &str, extract: &Extract, mirror: &Extract, settings: &Settings) -> usize {
-    let side = auto(extract).driving_side;
+    let side = settings.streets.driving_side.unwrap_or_default();
     let (a, b) = (city(extract, settings, side), city(mirror, settings, side.other()));
     assert_eq!(mirrored(&rows(&a, settings)), rows(&b, settings), "{name}");
     let skipped = |city: &City, sign: i32| -> Vec<_> {
@@ -109,14 +103,6 @@ fn assert_mirrored(name: &str, extract: &Extract, mirror: &Extract, settings: &S
         all
     };
     assert_eq!(sorted(&a, -1), sorted(&b, 1), "{name}");
-    // What decides can be told from the mirror as well.
-    let (votes, mirror_votes) = (auto(extract), auto(mirror));
-    for (votes, mirror) in [
-        (votes.roundabouts, mirror_votes.roundabouts),
-        (votes.carriageways, mirror_votes.carriageways),
-    ] {
-        assert_eq!((votes.right, votes.left), (mirror.left, mirror.right), "{name}");
-    }
     a.sites().count()
 }
 
@@ -159,7 +145,7 @@ fn on_the_wrong_side_many_cases_are_read_wrong() {
 }
 
 #[test]
-fn real_cities_in_the_mirror_are_recognised_by_their_streets_and_read_as_their_mirror_image() {
+fn real_cities_are_read_in_the_mirror_as_their_mirror_image() {
     let mut files: Vec<PathBuf> = match fs::read_dir(EXTRACTS) {
         Ok(folder) => folder.map(|entry| entry.unwrap().path()).collect(),
         Err(_) => {
@@ -172,23 +158,8 @@ fn real_cities_in_the_mirror_are_recognised_by_their_streets_and_read_as_their_m
     for file in files.iter().filter(|f| f.to_string_lossy().contains(".osm")) {
         let name = file.file_name().unwrap().to_string_lossy().into_owned();
         let (extract, mirror) = both(file);
-        let decision = auto(&mirror);
         let intersections = assert_mirrored(&name, &extract, &mirror, &settings);
-        eprintln!(
-            "{name}: {intersections} intersections; mirrored: {}",
-            CitySide::from(decision.clone()).text()
-        );
-        let votes = decision.carriageways.total() + 3 * decision.roundabouts.total();
-        if votes >= 20 {
-            assert_eq!(
-                decision.driving_side,
-                DrivingSide::Left,
-                "{name}: {}",
-                CitySide::from(decision.clone()).text()
-            );
-            assert_eq!(decision.decided_by, DecidedBy::Streets, "{name}");
-            assert!(decision.doubt.is_some(), "{name}: the country says otherwise");
-        }
+        eprintln!("{name}: {intersections} intersections");
     }
 }
 

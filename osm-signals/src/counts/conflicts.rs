@@ -5,9 +5,6 @@
 //! years. So all of them are left out and named. Counts of two directions are different also where their values
 //! are equal: each may be half of the street, or all of it.
 
-use std::collections::BTreeSet;
-use std::collections::hash_map::{Entry, HashMap};
-
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
@@ -20,9 +17,6 @@ use crate::oddities::Oddities;
 
 /// Farthest that two counts of one place may be apart, metres: the sides of a street of two lanes.
 const ONE_PLACE_M: f64 = 10.0;
-
-/// Most conflicts that are named.
-const NAMED: usize = 5;
 
 /// Angle between the bearings of two stations from which on they are of two directions of travel, degrees.
 const OPPOSED_DEG: f64 = 90.0;
@@ -44,7 +38,7 @@ pub(super) fn settled(
     match_deg: f64,
     oddities: &mut Oddities,
 ) -> Vec<Counted> {
-    let (mut counted, traces) = distinct(counted);
+    let traces: Vec<Trace> = counted.iter().map(|count| trace(&count.shape)).collect();
     let middles = traces.iter().enumerate();
     let tree = RTree::bulk_load(
         middles.map(|(i, trace)| GeomWithData::new(chord(trace[1]), i)).collect::<Vec<_>>(),
@@ -52,48 +46,20 @@ pub(super) fn settled(
     let conflict = |i: usize| {
         let near = tree.locate_within_distance(chord(traces[i][1]), ONE_PLACE_M * ONE_PLACE_M);
         near.map(|near| near.data).find(|j| {
-            differ(&counted[i], &counted[*j])
-                && one_street(&counted[i].shape, &counted[*j].shape, match_deg)
-                && one_place(&traces[i], &traces[*j])
+            contradict(&counted[i], &counted[*j], match_deg) && one_place(&traces[i], &traces[*j])
         })
     };
-    let conflicts: Vec<(usize, usize)> =
-        (0..counted.len()).filter_map(|i| conflict(i).map(|j| (i, j))).collect();
-    for _ in &conflicts {
-        oddities.add(REASON, || named(&counted, &conflicts));
+    let conflicts: Vec<Option<usize>> = (0..counted.len()).map(conflict).collect();
+    let name = |i: usize| {
+        let Counted { id, aadt_veh_per_day, direction, .. } = &counted[i];
+        let direction = direction.as_ref().map(|d| format!(", {}", brief(d))).unwrap_or_default();
+        format!("{} ({aadt_veh_per_day}{direction})", brief(id))
+    };
+    for (i, j) in conflicts.iter().enumerate().filter_map(|(i, j)| j.map(|j| (i, j))) {
+        oddities.add(REASON, || format!("{} and {}", name(i), name(j)));
     }
-    let left_out: BTreeSet<usize> = conflicts.into_iter().map(|(i, _)| i).collect();
-    let mut i = 0..;
-    counted.retain(|_| i.next().is_some_and(|i| !left_out.contains(&i)));
-    counted
-}
-
-/// Returns counts without those that are the same as another, and where each was counted.
-fn distinct(counted: Vec<Counted>) -> (Vec<Counted>, Vec<Trace>) {
-    let mut first: HashMap<_, usize> = HashMap::new();
-    let (mut kept, mut traces) = (Vec::<Counted>::with_capacity(counted.len()), Vec::new());
-    for count in counted {
-        let trace = trace(&count.shape);
-        let bearing = match &count.shape {
-            Shape::Station(_, bearing) => Some(bearing.map(f64::to_bits)),
-            Shape::Lines(_) => None,
-        };
-        let places = trace.map(|p| (p.latitude_e7, p.longitude_e7));
-        let direction = count.direction.clone();
-        match first.entry((places, bearing, direction, count.aadt_veh_per_day.to_bits())) {
-            Entry::Occupied(same) => {
-                // Whatever the order of the file.
-                let id = &mut kept[*same.get()].id;
-                *id = count.id.min(std::mem::take(id));
-            }
-            Entry::Vacant(new) => {
-                new.insert(kept.len());
-                kept.push(count);
-                traces.push(trace);
-            }
-        }
-    }
-    (kept, traces)
+    let settled = counted.into_iter().zip(conflicts).filter(|(_, conflict)| conflict.is_none());
+    settled.map(|(count, _)| count).collect()
 }
 
 fn trace(shape: &Shape) -> Trace {
@@ -109,26 +75,16 @@ fn trace(shape: &Shape) -> Trace {
     }
 }
 
-/// Returns whether two counts have other values, or are of other directions of travel.
-fn differ(a: &Counted, b: &Counted) -> bool {
-    let opposed = match (&a.shape, &b.shape) {
+/// Returns whether two counts may be of one street and have other values, or are of other directions of travel. A line
+/// and a station say different things, and stations with bearings say which street they are of.
+fn contradict(a: &Counted, b: &Counted, match_deg: f64) -> bool {
+    let differ = a.aadt_veh_per_day != b.aadt_veh_per_day || a.direction != b.direction;
+    match (&a.shape, &b.shape) {
         (Shape::Station(_, Some(a)), Shape::Station(_, Some(b))) => {
-            turn_degrees(*a, *b).abs() > OPPOSED_DEG
+            let opposed = turn_degrees(*a, *b).abs() > OPPOSED_DEG;
+            (differ || opposed) && axis_difference_deg(*a, *b) <= match_deg
         }
-        _ => false,
-    };
-    opposed || a.aadt_veh_per_day != b.aadt_veh_per_day || a.direction != b.direction
-}
-
-/// Returns whether two counts may be of one street: a line and a station say different things, and
-/// stations with bearings say which street they are of.
-fn one_street(a: &Shape, b: &Shape, match_deg: f64) -> bool {
-    match (a, b) {
-        (Shape::Lines(_), Shape::Lines(_)) => true,
-        (Shape::Station(_, Some(a)), Shape::Station(_, Some(b))) => {
-            axis_difference_deg(*a, *b) <= match_deg
-        }
-        (Shape::Station(..), Shape::Station(..)) => true,
+        (Shape::Lines(_), Shape::Lines(_)) | (Shape::Station(..), Shape::Station(..)) => differ,
         _ => false,
     }
 }
@@ -136,19 +92,6 @@ fn one_street(a: &Shape, b: &Shape, match_deg: f64) -> bool {
 fn one_place(a: &Trace, b: &Trace) -> bool {
     let near = |b: &[Place; 3]| a.iter().zip(b).all(|(a, b)| distance_m(*a, *b) <= ONE_PLACE_M);
     near(b) || near(&[b[2], b[1], b[0]])
-}
-
-/// Returns the counts that differ, each pair once, with their values.
-fn named(counted: &[Counted], conflicts: &[(usize, usize)]) -> String {
-    let pairs: BTreeSet<_> = conflicts.iter().map(|(i, j)| (*i.min(j), *i.max(j))).collect();
-    let name = |i: usize| {
-        let Counted { id, aadt_veh_per_day, direction, .. } = &counted[i];
-        let direction = direction.as_ref().map(|d| format!(", {}", brief(d))).unwrap_or_default();
-        format!("{} ({aadt_veh_per_day}{direction})", brief(id))
-    };
-    let named = pairs.iter().take(NAMED).map(|(i, j)| format!("{} and {}", name(*i), name(*j)));
-    let more = if pairs.len() > NAMED { "; ..." } else { "" };
-    format!("{}{more}", named.collect::<Vec<_>>().join("; "))
 }
 
 #[cfg(test)]
@@ -197,9 +140,9 @@ mod tests {
     }
 
     #[test]
-    fn equal_counts_at_one_place_are_one() {
+    fn equal_counts_at_one_place_stay() {
         let two = vec![station("b", 9.0, HERE, None), station("a", 9.0, HERE, None)];
-        assert_eq!(settle(two), ("a".to_owned(), None));
+        assert_eq!(settle(two), ("b a".to_owned(), None));
         let two = vec![station("b", 9.0, HERE, None), station("a", 9.0, BESIDE, None)];
         assert_eq!(settle(two), ("b a".to_owned(), None));
     }
@@ -215,7 +158,7 @@ mod tests {
             assert_eq!(settle(two), (String::new(), Some("2: a (9, EB) and b (9, WB)".to_owned())));
         }
         let same = vec![of("b", HERE, "EB"), of("a", HERE, "EB")];
-        assert_eq!(settle(same), ("a".to_owned(), None));
+        assert_eq!(settle(same), ("b a".to_owned(), None));
         let bearing = |id: &str, deg| station(id, 9.0, HERE, Some(deg));
         assert_eq!(settle(vec![bearing("a", 90.0), bearing("b", 270.0)]).0, "");
         assert_eq!(settle(vec![bearing("a", 90.0), bearing("b", 91.0)]).0, "a b");
@@ -238,13 +181,5 @@ mod tests {
         let next = line("next", 8000.0, &[(48.782, 9.18), (48.784, 9.18)]);
         let station = station("s", 7000.0, (48.781, 9.18), None);
         assert_eq!(settle(vec![old, next, station]), ("old next s".to_owned(), None));
-    }
-
-    #[test]
-    fn of_many_conflicts_some_are_named_and_all_are_counted() {
-        let hours = (0..8760_u32).map(|i| station(&i.to_string(), f64::from(i + 1), HERE, None));
-        let (left, named) = settle(hours.collect());
-        assert_eq!(left, "");
-        assert!(named.is_some_and(|n| n.starts_with("8760: ") && n.ends_with("; ...")));
     }
 }

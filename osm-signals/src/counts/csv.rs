@@ -2,10 +2,8 @@
 
 use std::path::Path;
 
-use geojson::JsonValue;
-
 use super::counted::{Counted, DIRECTION, Found, Shape, direction};
-use super::field::{NoCount, YEAR, choose, count, is_separated};
+use super::field::{YEAR, choose, is_separated, usable};
 use crate::error::{OsmError, brief};
 use crate::oddities::Oddities;
 use crate::table::{Column, Table};
@@ -16,22 +14,20 @@ const BEARING: [&str; 2] = ["bearing_deg", "bearing"];
 /// Usual names of the column with the id.
 const ID: [&str; 4] = ["id", "station", "station_id", "name"];
 
-/// Largest bearing either way, degrees.
-const CIRCLE_DEG: f64 = 360.0;
-
 /// Reads count stations; `field` is the column with the count if it is given.
 ///
 /// # Errors
 ///
 /// [`OsmError`] for a malformed table, a place outside the world or a bearing that is none.
 pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Found, OsmError> {
-    let mut table = Table::open(bytes, path)?;
-    let at = (table.need(&Column::latitude(None))?, table.need(&Column::longitude(None))?);
+    let mut table = Table::open(bytes, path, ("line", 0))?;
+    let [latitude, longitude] = Column::place([None; 2]);
+    let at = [table.need(&latitude)?, table.need(&longitude)?];
     let bearing = table.find(&Column { what: "bearing", given: None, usual: &BEARING })?;
     let id = table.find(&Column { what: "id", given: None, usual: &ID })?;
     let way = table.find(&Column { what: "direction", given: None, usual: &DIRECTION })?;
     let year = table.find(&Column { what: "year", given: None, usual: &YEAR })?;
-    let names: Vec<_> = table.headers().map(|name| (name, None)).collect();
+    let names: Vec<_> = table.headers().collect();
     let field = choose(&names, field).map_err(|reason| table.error(table.header_line(), reason))?;
     let aadt = table.need(&Column { what: "count", given: Some(&field), usual: &[] })?;
     let mut oddities = Oddities::default();
@@ -41,30 +37,22 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
         let id = id.map(|column| row.text(column)).filter(|id| !id.is_empty());
         let id = id.map_or_else(|| line.clone(), str::to_owned);
         let text = row.text(aadt);
-        let found = match is_separated(text) {
+        let number = match is_separated(text) {
             // Of a number with a separator the table knows what it means.
-            true => JsonValue::from(table.count(&row, aadt)?),
-            false => JsonValue::from(text),
+            true => Some(table.count(&row, aadt)?),
+            false if text.is_empty() => None,
+            false => Some(text.parse().unwrap_or(f64::NAN)),
         };
-        match count(Some(&found), false, year.map(|column| row.text(column))) {
-            Err(NoCount::Refused(reason)) => return Err(table.error(row.line, reason)),
-            Err(NoCount::Skipped(reason)) => {
+        match usable(number, year.map(|column| row.text(column))) {
+            Err(reason) => {
                 oddities.add(reason, || {
                     if id == line { id } else { format!("{line}, id {}", brief(&id)) }
                 });
             }
             Ok(aadt_veh_per_day) => {
                 let place = table.place(&row, at)?;
-                let bearing = match bearing {
-                    None => None,
-                    Some(column) => table.optional_number(&row, column)?,
-                };
-                if let Some(degrees) = bearing.filter(|b| b.abs() > CIRCLE_DEG) {
-                    let reason = format!(
-                        "a bearing of {degrees} degrees; give it clockwise from north, from 0 to 360"
-                    );
-                    return Err(table.error(row.line, reason));
-                }
+                let bearing = bearing.map(|column| table.optional_number(&row, column));
+                let bearing = bearing.transpose()?.flatten();
                 let shape = Shape::Station(place, bearing);
                 let direction = way.and_then(|column| direction(row.text(column)));
                 counted.push(Counted { id, aadt_veh_per_day, direction, shape });

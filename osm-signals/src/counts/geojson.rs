@@ -1,16 +1,16 @@
 //! Counts along lines, as GeoJSON.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use geojson::feature::Id;
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonValue, LineStringType};
 
 use super::counted::{Counted, DIRECTION, Found, Shape, direction};
-use super::field::{Name, NoCount, YEAR, choose, count};
+use super::field::{YEAR, choose, is_separated, usable};
 use crate::error::{OsmError, brief};
 use crate::extract::Place;
-use crate::features::{self, check_crs, malformed};
+use crate::features::{self, malformed};
 use crate::oddities::Oddities;
 
 /// Usual names of a property with the id, where a feature has none of its own.
@@ -18,10 +18,6 @@ const ID: [&str; 5] = ["segid", "segment_id", "id", "objectid", "fid"];
 
 /// What ArcGIS services write into a page that is not the last one.
 const MORE: &str = "exceededTransferLimit";
-
-/// Largest step between two positions of a line, degrees of longitude; a larger one goes round
-/// the world.
-const HALF_WORLD_DEG: f64 = 180.0;
 
 /// Reads counted lines; `field` is the property with the count if it is given.
 ///
@@ -32,55 +28,58 @@ const HALF_WORLD_DEG: f64 = 180.0;
 pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Found, OsmError> {
     let collection: FeatureCollection =
         features::read(bytes, path, "GeoJSON with a FeatureCollection of lines")?;
-    let members = collection.foreign_members.as_ref();
-    check_crs(members, path)?;
-    let field = choose(&names(&collection.features), field)
-        .map_err(|reason| malformed(path, "properties", reason))?;
+    let names = collection.features.iter().flat_map(|f| f.properties.iter().flatten());
+    let names: BTreeSet<&str> = names.map(|(name, _)| &**name).collect();
+    let names: Vec<&str> = names.into_iter().collect();
+    let field = choose(&names, field).map_err(|reason| malformed(path, "properties", reason))?;
     let mut oddities = Oddities::default();
-    let more = members.and_then(|m| m.get(MORE).or_else(|| m.get("properties")?.get(MORE)));
+    let more = collection
+        .foreign_members
+        .as_ref()
+        .and_then(|m| m.get(MORE).or_else(|| m.get("properties")?.get(MORE)));
     if more == Some(&JsonValue::Bool(true)) {
         oddities.add("file that is one page of several", || format!("{MORE} is true"));
     }
-    let values = collection.features.iter().filter_map(|f| f.property(&field)?.as_str());
-    let have_decimals = values.map(str::trim).any(sheet::has_decimals);
     let mut counted = Vec::new();
     for (i, feature) in collection.features.iter().enumerate() {
         let place = format!("feature {}", i + 1);
         let id = id(feature).unwrap_or_else(|| place.clone());
-        let lines = lines(feature).map_err(|reason| malformed(path, &*place, reason))?;
-        let value = feature.property(&field);
+        let refuse = |reason| malformed(path, &*place, reason);
+        let lines = lines(feature).map_err(refuse)?;
+        let number = number(feature.property(&field))
+            .map_err(|way_out| refuse(format!("{}: {way_out}", brief(&field))))?;
         let year = text_of(feature, &YEAR);
-        let skipped = match (lines, count(value, have_decimals, year.as_deref())) {
-            (Err(reason), _) | (Ok(_), Err(NoCount::Skipped(reason))) => reason,
-            (Ok(_), Err(NoCount::Refused(way_out))) => {
-                let text = value.map_or_else(String::new, |value| brief(&value.to_string()));
-                let reason = format!("{} = {text}: {way_out}", brief(&field));
-                return Err(malformed(path, &*place, reason));
-            }
-            (Ok(lines), Ok(aadt_veh_per_day)) => {
+        match lines.and_then(|lines| Ok((lines, usable(number, year.as_deref())?))) {
+            Ok((lines, aadt_veh_per_day)) => {
                 let direction = text_of(feature, &DIRECTION).and_then(|text| direction(&text));
                 let shape = Shape::Lines(lines);
                 counted.push(Counted { id, aadt_veh_per_day, direction, shape });
-                continue;
             }
-        };
-        oddities
-            .add(skipped, || if id == place { id } else { format!("{place}, id {}", brief(&id)) });
+            Err(skipped) => {
+                let of = if id == place { id } else { format!("{place}, id {}", brief(&id)) };
+                oddities.add(skipped, || of);
+            }
+        }
     }
     Ok(Found { counted, field, oddities })
 }
 
-/// Returns the names of all properties, with a value if no feature has a count of that name: one that is
-/// refused for how it is written is one.
-fn names(features: &[Feature]) -> Vec<Name<'_>> {
-    let mut names: BTreeMap<&str, Option<&JsonValue>> = BTreeMap::new();
-    for (name, value) in features.iter().flat_map(|f| f.properties.iter().flatten()) {
-        let unusable = names.entry(name).or_insert(Some(value));
-        if !matches!(count(Some(value), false, None), Err(NoCount::Skipped(_))) {
-            *unusable = None;
-        }
+/// Returns the number that a property is; not a number for what is none.
+///
+/// # Errors
+///
+/// The way out for a text that may be two numbers.
+fn number(value: Option<&JsonValue>) -> Result<Option<f64>, String> {
+    match value {
+        None | Some(JsonValue::Null) => Ok(None),
+        Some(JsonValue::Number(number)) => Ok(number.as_f64()),
+        Some(JsonValue::String(text)) => match text.trim() {
+            "" => Ok(None),
+            text if is_separated(text) => sheet::count(text).map(Some),
+            text => Ok(Some(text.parse().unwrap_or(f64::NAN))),
+        },
+        Some(_) => Ok(Some(f64::NAN)),
     }
-    names.into_iter().map(|(name, value)| (name, value.map(JsonValue::to_string))).collect()
 }
 
 fn id(feature: &Feature) -> Option<String> {
@@ -118,11 +117,6 @@ fn lines(feature: &Feature) -> Result<Result<Vec<Vec<Place>>, &'static str>, Str
     for line in lines {
         let mut places = line.iter().map(features::place).collect::<Result<Vec<_>, _>>()?;
         places.dedup();
-        let far =
-            |pair: &[Place]| (pair[0].longitude() - pair[1].longitude()).abs() > HALF_WORLD_DEG;
-        if places.windows(2).any(far) {
-            return Ok(Err("line across the 180th meridian"));
-        }
         if places.len() > 1 {
             kept.push(places);
         }

@@ -2,7 +2,6 @@
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use geo::{
     BoundingRect, Coord, Distance, Euclidean, Line, LineLocatePoint, Point, Rect, Vector2DOps,
@@ -14,14 +13,11 @@ use super::counted::{CountMatch, Counted, Shape};
 use super::samples::{FIRST_M, Plane, Sample, Street, axis_deg};
 use super::settings::CountSettings;
 use crate::extract::Place;
-use crate::geometry::{axis_difference_deg, continued};
+use crate::geometry::{LocalMetric, axis_difference_deg};
 
 /// How far beyond the end of a counted line a street may still be beside it, metres. Without this
 /// the line of the opposite arm would be near the first places of an arm.
 const BEYOND_M: f64 = 10.0;
-
-/// Largest longitude, degrees.
-const HALF_WORLD_DEG: f64 = 180.0;
 
 /// A straight piece of a counted line, degrees, and the position of what it belongs to.
 type Piece = GeomWithData<Line<f64>, usize>;
@@ -37,9 +33,6 @@ pub(super) struct Index {
     pieces: RTree<Piece>,
     stations: RTree<Station>,
     bounds: Rect<f64>,
-    /// Whether a count lay along a street whose lanes cannot carry it. Streets are joined in
-    /// parallel; what is set here does not depend on their order.
-    over_cap: Vec<AtomicBool>,
 }
 
 /// How a street lies to a counted line or station at one place.
@@ -49,8 +42,8 @@ struct Near {
     angle_deg: f64,
 }
 
-/// A match, how well it fits, from 0 to 1, and the position of its count.
-type Scored = (f64, CountMatch, usize);
+/// How well a match fits, from 0 to 1, and the match.
+type Scored = (f64, CountMatch);
 
 impl Index {
     /// Returns the index; `None` if nothing was counted.
@@ -74,8 +67,7 @@ impl Index {
         let places = ends.chain(stations.iter().map(|s| Coord::from(*s.geom())));
         let bounds = places.collect::<geo::LineString<_>>().bounding_rect()?;
         let (pieces, stations) = (RTree::bulk_load(pieces), RTree::bulk_load(stations));
-        let over_cap = counted.iter().map(|_| AtomicBool::new(false)).collect();
-        Some(Self { counted, pieces, stations, bounds, over_cap })
+        Some(Self { counted, pieces, stations, bounds })
     }
 
     /// Returns how many lines or stations there are.
@@ -97,24 +89,13 @@ impl Index {
     ) -> Option<CountMatch> {
         let plane = Plane::around(*street.first()?);
         let flat = plane.street(street)?;
-        let areas = areas(street, &plane, settings.match_m)?;
+        let area = area(street, &plane, settings.match_m)?;
         let most = settings.max_veh_per_day_per_lane * f64::from(lanes.max(1));
-        let lines = self.lines(&plane, &flat, &areas, settings);
-        let stations = self.stations(&plane, &flat, &areas, settings);
-        let possible = |(_, found, i): &Scored| {
-            let possible = found.aadt_veh_per_day <= most;
-            if !possible {
-                self.over_cap[*i].store(true, Relaxed);
-            }
-            possible
-        };
+        let lines = self.lines(&plane, &flat, &area, settings);
+        let stations = self.stations(&plane, &flat, &area, settings);
+        let possible = |(_, found): &Scored| found.aadt_veh_per_day <= most;
         let best = lines.into_iter().chain(stations).filter(possible).max_by(worse);
-        best.map(|(_, found, _)| found)
-    }
-
-    /// Returns how many counts lay along streets whose lanes cannot carry them.
-    pub(super) fn over_cap(&self) -> usize {
-        self.over_cap.iter().filter(|over| over.load(Relaxed)).count()
+        best.map(|(_, found)| found)
     }
 
     /// Returns the counted lines beside a street.
@@ -122,11 +103,11 @@ impl Index {
         &self,
         plane: &Plane,
         street: &Street,
-        areas: &[AABB<Point<f64>>],
+        area: &AABB<Point<f64>>,
         settings: &CountSettings,
     ) -> Vec<Scored> {
         let mut lines: BTreeMap<usize, Vec<Line<f64>>> = BTreeMap::new();
-        let near = areas.iter().flat_map(|area| self.pieces.locate_in_envelope_intersecting(area));
+        let near = self.pieces.locate_in_envelope_intersecting(area);
         for piece in near {
             let (start, end) = (plane.flat(piece.geom().start), plane.flat(piece.geom().end));
             lines.entry(piece.data).or_default().push(Line::new(start, end));
@@ -148,12 +129,12 @@ impl Index {
         &self,
         plane: &Plane,
         street: &Street,
-        areas: &[AABB<Point<f64>>],
+        area: &AABB<Point<f64>>,
         settings: &CountSettings,
     ) -> Vec<Scored> {
         // A station before this is beside a street that this one meets.
         let margin_m = FIRST_M.min(street.length_m / 4.0);
-        let near = areas.iter().flat_map(|a| self.stations.locate_in_envelope_intersecting(a));
+        let near = self.stations.locate_in_envelope_intersecting(area);
         let scored = near.filter_map(|station| {
             let (i, axis) = station.data;
             let at = Point::from(plane.flat((*station.geom()).into()));
@@ -180,13 +161,13 @@ impl Index {
             angle_deg: mean(|n| n.angle_deg),
             id: id.clone(),
         };
-        (closeness / of as f64, found, i)
+        (closeness / of as f64, found)
     }
 }
 
 /// Orders matches by how well they fit; ties by distance and angle, then by what does not depend
 /// on the order of the file.
-fn worse((a_fits, a, _): &Scored, (b_fits, b, _): &Scored) -> Ordering {
+fn worse((a_fits, a): &Scored, (b_fits, b): &Scored) -> Ordering {
     a_fits
         .total_cmp(b_fits)
         .then(b.distance_m.total_cmp(&a.distance_m))
@@ -215,24 +196,14 @@ fn beside(sample: &Sample, piece: &Line<f64>, settings: &CountSettings) -> Optio
         .then_some(Near { distance_m, angle_deg })
 }
 
-/// Returns the box around a street, enlarged by some metres, degrees; two boxes across the 180th meridian.
-fn areas(street: &[Place], plane: &Plane, margin_m: f64) -> Option<Vec<AABB<Point<f64>>>> {
-    let first_deg = street.first()?.longitude();
-    let place = |p: &Place| Coord { x: continued(first_deg, p.longitude()), y: p.latitude() };
-    let bounds = street.iter().map(place).collect::<geo::LineString<_>>().bounding_rect()?;
-    let margin = Coord {
-        x: margin_m / plane.metric.east_m_per_deg,
-        y: margin_m / plane.metric.north_m_per_deg,
-    };
+/// Returns the box around a street, enlarged by some metres, degrees.
+fn area(street: &[Place], plane: &Plane, margin_m: f64) -> Option<AABB<Point<f64>>> {
+    let places = street.iter().map(|place| degrees(*place));
+    let bounds = places.collect::<geo::LineString<_>>().bounding_rect()?;
+    let LocalMetric { east_m_per_deg, north_m_per_deg } = plane.metric;
+    let margin = Coord { x: margin_m / east_m_per_deg, y: margin_m / north_m_per_deg };
     let (min, max) = (bounds.min() - margin, bounds.max() + margin);
-    let turned = |by_deg: f64| {
-        let by = Coord { x: by_deg, y: 0.0 };
-        AABB::from_corners(Point::from(min + by), Point::from(max + by))
-    };
-    let mut areas = vec![turned(0.0)];
-    areas.extend((max.x > HALF_WORLD_DEG).then(|| turned(-2.0 * HALF_WORLD_DEG)));
-    areas.extend((min.x < -HALF_WORLD_DEG).then(|| turned(2.0 * HALF_WORLD_DEG)));
-    Some(areas)
+    Some(AABB::from_corners(min.into(), max.into()))
 }
 
 /// Returns a place as its longitude (x) and latitude (y).
@@ -286,20 +257,6 @@ mod tests {
     }
 
     #[test]
-    fn counts_belong_to_a_street_across_the_180th_meridian_on_both_sides_of_it() {
-        let place = |longitude| Place::from_degrees(0.0, longitude).unwrap();
-        for places in [[179.9995, -179.9985], [-179.9995, 179.9985]] {
-            for longitude in [179.9999, -179.9999] {
-                let shape = Shape::Station(place(longitude), None);
-                let count = Counted { shape, ..station("a", (0.0, 0.0), None) };
-                let index = Index::new(vec![count]).unwrap();
-                let found = index.along(&places.map(place), 2, &CountSettings::default());
-                assert!(found.is_some(), "{places:?} {longitude}");
-            }
-        }
-    }
-
-    #[test]
     fn a_road_that_crosses_above_is_not_taken() {
         assert_eq!(id(vec![line("above", 40_000.0, &[(-300.0, 50.0), (300.0, 60.0)])]), None);
         assert_eq!(id(vec![line("at 45", 9000.0, &[(-40.0, 0.0), (60.0, 100.0)])]), None);
@@ -347,15 +304,6 @@ mod tests {
         assert_eq!(id(near), Some("c".into()));
     }
 
-    #[test]
-    fn a_street_without_length_has_no_count() {
-        let index = Index::new(vec![line("a", 1.0, &[(0.0, 0.0), (0.0, 9.0)])]).unwrap();
-        let settings = CountSettings::default();
-        assert_eq!(index.along(&[], 1, &settings), None);
-        assert_eq!(index.along(&[at((0.0, 1.0))], 1, &settings), None);
-        assert_eq!(index.along(&[at((0.0, 1.0)); 2], 1, &settings), None);
-    }
-
     prop_compose! {
         fn any_line()(
             aadt in 1_u32..60_000,
@@ -374,34 +322,6 @@ mod tests {
             let mut reversed = lines.clone();
             reversed.reverse();
             prop_assert_eq!(found(lines), found(reversed));
-        }
-
-        #[test]
-        fn the_direction_of_lines_does_not_matter(
-            lines in prop::collection::vec(any_line(), 1..5),
-        ) {
-            let reversed = lines.iter().cloned().map(|mut counted| {
-                if let Shape::Lines(lines) = &mut counted.shape {
-                    lines[0].reverse();
-                }
-                counted
-            });
-            let (one, other) = (found(lines.clone()), found(reversed.collect()));
-            prop_assert_eq!(one.as_ref().map(|m| &m.id), other.as_ref().map(|m| &m.id));
-            if let (Some(one), Some(other)) = (one, other) {
-                prop_assert!((one.distance_m - other.distance_m).abs() < 1e-6);
-                prop_assert!((one.angle_deg - other.angle_deg).abs() < 1e-6);
-            }
-        }
-
-        #[test]
-        fn a_match_keeps_to_its_limits(lines in prop::collection::vec(any_line(), 1..9)) {
-            let settings = CountSettings::default();
-            if let Some(found) = found(lines) {
-                prop_assert!(found.distance_m <= settings.match_m);
-                prop_assert!(found.angle_deg <= settings.match_deg);
-                prop_assert!(found.aadt_veh_per_day <= 2.0 * settings.max_veh_per_day_per_lane);
-            }
         }
 
         #[test]

@@ -34,9 +34,6 @@ use super::file;
 use super::oddities::Oddities;
 use super::table;
 
-/// Ends of the names of files that hold GeoJSON, also if they are empty.
-const JSON: [&str; 2] = ["json", "geojson"];
-
 /// The counts of a file, to be joined to streets; at least one.
 #[derive(Debug)]
 pub struct Counts {
@@ -71,14 +68,12 @@ impl Counts {
     ) -> Result<Self, OsmError> {
         settings.check().map_err(|e| OsmError::Malformed {
             path: PathBuf::from(path),
-            reason: e.reason(),
+            reason: e.reason,
             place: e.setting,
         })?;
         let text = table::text(bytes, path)?;
         let text = text.trim_start();
-        let ending =
-            path.extension().is_some_and(|e| JSON.iter().any(|j| e.eq_ignore_ascii_case(j)));
-        let json = text.starts_with(['{', '[', '<']) || (text.is_empty() && ending);
+        let json = text.starts_with(['{', '[', '<']);
         let field = settings.field.as_deref();
         let Found { counted, field, mut oddities } =
             if json { geojson::read(bytes, path, field)? } else { csv::read(bytes, path, field)? };
@@ -88,11 +83,10 @@ impl Counts {
                 .iter()
                 .map(|(reason, o)| format!("{} ({} times, first {})", reason, o.count, o.example))
                 .collect();
-            let skipped = if skipped.is_empty() { "none".to_owned() } else { skipped.join(", ") };
             let reason = format!(
-                "no usable count in {}; skipped: {skipped}; give lines or stations with a \
-                 number of vehicles per day",
-                brief(&field)
+                "no usable count in {}; skipped: {}; give lines or stations with a number of vehicles per day",
+                brief(&field),
+                skipped.join(", ")
             );
             OsmError::Nothing { path: PathBuf::from(path), reason }
         };
@@ -113,13 +107,6 @@ impl Counts {
     /// A station has to be beside the street and not where it meets others; the nearest one wins.
     pub fn along(&self, street: &[Place], lanes_both_directions: u32) -> Option<CountMatch> {
         self.index.along(street, lanes_both_directions, &self.settings)
-    }
-
-    /// Returns how many counts lay along a street that was asked for but are above what its lanes
-    /// can carry ([`CountSettings::max_veh_per_day_per_lane`]), each once. If they are many, the
-    /// setting is too small or the field is no daily traffic.
-    pub fn over_cap(&self) -> usize {
-        self.index.over_cap()
     }
 
     /// Returns how many lines or stations have a count.

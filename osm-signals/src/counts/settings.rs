@@ -55,10 +55,10 @@ impl CountSettings {
     /// [`OutOfRange`] with the first setting that is out of its range.
     pub fn check(&self) -> Result<(), OutOfRange> {
         for (name, value, low, high) in [
-            ("match_m", self.match_m, 1.0, 1000.0),
-            ("match_deg", self.match_deg, 1.0, 90.0),
-            ("spread_m", self.spread_m, 0.0, 10_000.0),
-            ("max_veh_per_day_per_lane", self.max_veh_per_day_per_lane, 1.0, 1e6),
+            ("counts.match_m", self.match_m, 1.0, 1000.0),
+            ("counts.match_deg", self.match_deg, 1.0, 90.0),
+            ("counts.spread_m", self.spread_m, 0.0, 10_000.0),
+            ("counts.max_veh_per_day_per_lane", self.max_veh_per_day_per_lane, 1.0, 1e6),
         ] {
             range::check(name, value, (low, high))?;
         }

@@ -3,152 +3,64 @@
 //! Everything here is checked: positions in the table of strings, sums of differences, lengths of
 //! columns that belong together.
 
-use osmpbfreader::osmformat::{DenseNodes, Info, Node, Relation, Way};
-use protobuf::{Message, MessageField};
+use osmpbfreader::osmformat::{DenseNodes, PrimitiveBlock, Relation};
+use protobuf::Message;
 
 use super::Fault;
 use super::collect::{Places, Streets};
 use super::turns::{Kind, Member};
-use super::wire::{Fields, Value};
 use crate::extract::{Nodes, Place};
 
 /// Units of coordinates per degree.
 const NANODEGREES: f64 = 1e9;
 
-/// Most bytes of a way or a relation. OpenStreetMap takes ways of 2,000 nodes and relations of 32,000 members, which are
-/// a tenth of it.
-const MOST_BYTES: usize = 1 << 20;
+/// Most nodes of a way and members of a relation; OpenStreetMap takes 2,000 and 32,000.
+const MOST_REFS: usize = 1 << 20;
 
-/// Fields of a group.
-const NODE: u32 = 1;
-const DENSE_NODES: u32 = 2;
-const WAY: u32 = 3;
-const RELATION: u32 = 4;
+/// A block of data.
+pub(super) struct Block(PrimitiveBlock);
 
-/// A block of data, of which only the frame is decoded.
-pub(super) struct Block<'a> {
-    bytes: &'a [u8],
-    strings: &'a [u8],
-    granularity: i64,
-    latitude_offset: i64,
-    longitude_offset: i64,
-}
-
-impl<'a> Block<'a> {
+impl Block {
     /// Returns a block of an inflated blob.
-    pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, Fault> {
-        let mut block = Self {
-            bytes,
-            strings: &[],
-            // By the specification, in nanodegrees.
-            granularity: 100,
-            latitude_offset: 0,
-            longitude_offset: 0,
-        };
-        for field in Fields::of(bytes) {
-            match field? {
-                (1, Value::Bytes(strings)) => block.strings = strings,
-                (17, Value::Number(n)) => block.granularity = n as i64,
-                (19, Value::Number(n)) => block.latitude_offset = n as i64,
-                (20, Value::Number(n)) => block.longitude_offset = n as i64,
-                _ => {}
-            }
-        }
-        Ok(block)
+    pub(super) fn parse(bytes: &[u8]) -> Result<Self, Fault> {
+        Ok(Self(PrimitiveBlock::parse_from_bytes(bytes).map_err(|e| e.to_string())?))
     }
 
     /// Returns what the first pass keeps, and whether there are nodes for the second one.
     pub(super) fn streets(&self) -> Result<(Streets, bool), Fault> {
-        let mut streets = Streets::default();
-        let (mut way, mut relation) = (Way::new(), Relation::new());
-        let (mut tags, mut refs, mut members) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut strings, mut nodes) = (None, false);
-        self.elements(|field, bytes| {
-            if matches!(field, NODE | DENSE_NODES) {
-                nodes = true;
+        let (mut streets, mut nodes) = (Streets::default(), false);
+        for group in &self.0.primitivegroup {
+            nodes |= !group.nodes.is_empty() || group.dense.is_some();
+            for way in group.ways.iter().filter(|way| way.info.visible != Some(false)) {
+                let refs = sums(&way.refs)?;
+                streets.way(way.id(), &self.tags(&way.keys, &way.vals)?, &refs);
             }
-            if !matches!(field, WAY | RELATION) {
-                return Ok(());
+            for relation in group.relations.iter().filter(|r| r.info.visible != Some(false)) {
+                let tags = self.tags(&relation.keys, &relation.vals)?;
+                streets.relation(relation.id(), &tags, &self.members(relation)?);
             }
-            // Blocks of nodes alone, most of a file, need no strings here.
-            let strings = match &strings {
-                Some(strings) => strings,
-                None => strings.insert(self.strings()?),
-            };
-            if bytes.len() > MOST_BYTES {
-                let size = bytes.len();
-                let reason = format!("a way or relation of {size} bytes, more than one can have");
-                return Err(Fault::Damaged(reason));
-            }
-            if field == WAY {
-                way.clear();
-                way.merge_from_bytes(bytes)?;
-                let id = way.id.ok_or("a way without an id")?;
-                if visible(&way.info) {
-                    strings.tags(&way.keys, &way.vals, &mut tags)?;
-                    sums(&way.refs, &mut refs)?;
-                    streets.way(id, &tags, &refs);
-                }
-            } else {
-                relation.clear();
-                relation.merge_from_bytes(bytes)?;
-                let id = relation.id.ok_or("a relation without an id")?;
-                if visible(&relation.info) {
-                    strings.tags(&relation.keys, &relation.vals, &mut tags)?;
-                    sums(&relation.memids, &mut refs)?;
-                    strings.members(&relation, &refs, &mut members)?;
-                    streets.relation(id, &tags, &members);
-                }
-            }
-            Ok(())
-        })?;
+        }
         Ok((streets, nodes))
     }
 
     /// Returns what the second pass keeps.
     pub(super) fn places(&self, wanted: &Nodes) -> Result<Places, Fault> {
         let mut places = Places::default();
-        let strings = self.strings()?;
-        let (mut dense, mut node, mut tags) = (DenseNodes::new(), Node::new(), Vec::new());
-        self.elements(|field, bytes| {
-            match field {
-                NODE => {
-                    node.clear();
-                    node.merge_from_bytes(bytes)?;
-                    let (Some(id), Some(lat), Some(lon)) = (node.id, node.lat, node.lon) else {
-                        return Err("a node without an id or a place".into());
-                    };
-                    if visible(&node.info) {
-                        strings.tags(&node.keys, &node.vals, &mut tags)?;
-                        places.node(wanted, id, &tags, || self.place(lat, lon));
-                    }
-                }
-                DENSE_NODES => {
-                    dense.clear();
-                    dense.merge_from_bytes(bytes)?;
-                    self.dense(&dense, &strings, wanted, &mut places)?;
-                }
-                _ => {}
+        for group in &self.0.primitivegroup {
+            for node in group.nodes.iter().filter(|node| node.info.visible != Some(false)) {
+                let tags = self.tags(&node.keys, &node.vals)?;
+                places.node(wanted, node.id(), &tags, || self.place(node.lat(), node.lon()));
             }
-            Ok(())
-        })?;
+            self.dense(&group.dense, wanted, &mut places)?;
+        }
         Ok(places)
     }
 
     /// Goes through columns of nodes, each a column of differences.
-    fn dense(
-        &self,
-        dense: &DenseNodes,
-        strings: &Strings<'a>,
-        wanted: &Nodes,
-        places: &mut Places,
-    ) -> Result<(), Fault> {
-        let rows = dense.id.len();
-        let visible = &dense.denseinfo.visible;
-        if dense.lat.len() != rows
-            || dense.lon.len() != rows
-            || !(visible.is_empty() || visible.len() == rows)
-        {
+    fn dense(&self, dense: &DenseNodes, wanted: &Nodes, to: &mut Places) -> Result<(), Fault> {
+        let (rows, visible) = (dense.id.len(), &dense.denseinfo.visible);
+        let as_long = visible.is_empty() || visible.len() == rows;
+        if dense.lat.len() != rows || dense.lon.len() != rows || !as_long {
             return Err("columns of nodes differ in length".into());
         }
         let (mut id, mut lat, mut lon) = (0, 0, 0);
@@ -161,120 +73,72 @@ impl<'a> Block<'a> {
             tags.clear();
             // No texts at all stand for nodes without tags.
             while !dense.keys_vals.is_empty() {
-                match texts.next().ok_or("the tags of nodes end too early")? {
-                    0 => break,
-                    key => {
-                        let value = texts.next().ok_or("the tags of nodes end too early")?;
-                        tags.push((strings.get(*key)?, strings.get(*value)?));
-                    }
+                let key = texts.next().ok_or("the tags of nodes end too early")?;
+                if *key == 0 {
+                    break;
                 }
+                let value = texts.next().ok_or("the tags of nodes end too early")?;
+                tags.push((self.text(*key)?, self.text(*value)?));
             }
             if visible.get(row) != Some(&false) {
-                places.node(wanted, id, &tags, || self.place(lat, lon));
+                to.node(wanted, id, &tags, || self.place(lat, lon));
             }
         }
         Ok(())
-    }
-
-    /// Calls `act` with the field and the bytes of every element of every group.
-    fn elements(
-        &self,
-        mut act: impl FnMut(u32, &'a [u8]) -> Result<(), Fault>,
-    ) -> Result<(), Fault> {
-        for field in Fields::of(self.bytes) {
-            let (2, Value::Bytes(group)) = field? else { continue };
-            for element in Fields::of(group) {
-                if let (field, Value::Bytes(bytes)) = element? {
-                    act(field, bytes)?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn strings(&self) -> Result<Strings<'a>, Fault> {
-        let mut strings = Vec::new();
-        for field in Fields::of(self.strings) {
-            if let (1, Value::Bytes(text)) = field? {
-                strings.push(str::from_utf8(text).map_err(|_| "text that is not UTF-8")?);
-            }
-        }
-        Ok(Strings(strings))
     }
 
     /// Returns a place; `None` if it is not on Earth.
     fn place(&self, lat: i64, lon: i64) -> Option<Place> {
         let degrees = |offset: i64, value: i64| {
-            let nanodegrees = value.checked_mul(self.granularity)?.checked_add(offset)?;
-            Some(nanodegrees as f64 / NANODEGREES)
+            let scaled = value.checked_mul(i64::from(self.0.granularity()))?;
+            Some(scaled.checked_add(offset)? as f64 / NANODEGREES)
         };
-        let latitude = degrees(self.latitude_offset, lat)?;
-        Place::from_degrees(latitude, degrees(self.longitude_offset, lon)?)
-    }
-}
-
-/// The texts of a block.
-struct Strings<'a>(Vec<&'a str>);
-
-impl<'a> Strings<'a> {
-    fn get(&self, index: impl TryInto<usize>) -> Result<&'a str, Fault> {
-        let text = index.try_into().ok().and_then(|index| self.0.get(index));
-        Ok(text.ok_or("a text that is not in the table of texts")?)
+        Place::from_degrees(degrees(self.0.lat_offset(), lat)?, degrees(self.0.lon_offset(), lon)?)
     }
 
-    fn tags(
-        &self,
-        keys: &[u32],
-        values: &[u32],
-        tags: &mut Vec<(&'a str, &'a str)>,
-    ) -> Result<(), Fault> {
-        tags.clear();
+    fn text(&self, index: impl TryInto<usize>) -> Result<&str, Fault> {
+        let text = index.try_into().ok().and_then(|index| self.0.stringtable.s.get(index));
+        let text = text.ok_or("a text that is not in the table of texts")?;
+        Ok(str::from_utf8(text).map_err(|_| "text that is not UTF-8")?)
+    }
+
+    fn tags(&self, keys: &[u32], values: &[u32]) -> Result<Vec<(&str, &str)>, Fault> {
         if keys.len() != values.len() {
             return Err("more keys than values or the reverse".into());
         }
-        for (key, value) in keys.iter().zip(values) {
-            tags.push((self.get(*key)?, self.get(*value)?));
-        }
-        Ok(())
+        keys.iter().zip(values).map(|(k, v)| Ok((self.text(*k)?, self.text(*v)?))).collect()
     }
 
-    fn members(
-        &self,
-        relation: &Relation,
-        ids: &[i64],
-        members: &mut Vec<Member<'a>>,
-    ) -> Result<(), Fault> {
-        members.clear();
-        if relation.roles_sid.len() != ids.len() || relation.types.len() != ids.len() {
+    fn members(&self, relation: &Relation) -> Result<Vec<Member<'_>>, Fault> {
+        let Relation { roles_sid, types, .. } = relation;
+        let ids = sums(&relation.memids)?;
+        if roles_sid.len() != ids.len() || types.len() != ids.len() {
             return Err("columns of members differ in length".into());
         }
-        for (i, id) in ids.iter().enumerate() {
-            let kind = match relation.types[i].value() {
+        let member = |((id, role), kind): ((i64, &i32), &protobuf::EnumOrUnknown<_>)| {
+            let kind = match kind.value() {
                 0 => Kind::Node,
                 1 => Kind::Way,
                 2 => Kind::Relation,
                 _ => return Err("a member of an unknown kind".into()),
             };
-            members.push(Member { kind, id: *id, role: self.get(relation.roles_sid[i])? });
-        }
-        Ok(())
+            Ok(Member { kind, id, role: self.text(*role)? })
+        };
+        ids.into_iter().zip(roles_sid).zip(types).map(member).collect()
     }
-}
-
-/// Returns whether an element is not deleted.
-fn visible(info: &MessageField<Info>) -> bool {
-    info.visible != Some(false)
 }
 
 /// Sums differences up.
-fn sums(differences: &[i64], sums: &mut Vec<i64>) -> Result<(), Fault> {
-    sums.clear();
-    let mut last = 0;
-    for difference in differences {
-        last = sum(last, *difference)?;
-        sums.push(last);
+fn sums(differences: &[i64]) -> Result<Vec<i64>, Fault> {
+    if differences.len() > MOST_REFS {
+        return Err("a way or relation of more nodes or members than one can have".into());
     }
-    Ok(())
+    let mut last = 0;
+    let add = |difference: &i64| {
+        last = sum(last, *difference)?;
+        Ok(last)
+    };
+    differences.iter().map(add).collect()
 }
 
 fn sum(last: i64, difference: i64) -> Result<i64, Fault> {

@@ -1,8 +1,10 @@
 //! What the passes keep, part by part of a file and all together.
 
-use std::collections::HashSet;
+use std::path::Path;
 
+use super::format::nothing;
 use super::turns::{Member, is_restriction, restrictions};
+use crate::OsmError;
 use crate::extract::{Extract, Nodes, Place, Restriction, SignalNode, Via, Way};
 use crate::oddities::Oddities;
 use crate::tags::{SignalTags, Street, Tags, is_crossing_signal, tag};
@@ -12,8 +14,6 @@ use crate::tags::{SignalTags, Street, Tags, is_crossing_signal, tag};
 pub(super) struct Streets {
     ways: Vec<Way>,
     refs: Vec<i64>,
-    /// Ways with a class that are not drivable, by id.
-    closed: Vec<i64>,
     /// By relation, so that of two with one id the later one can win.
     turns: Vec<(i64, Vec<Restriction>)>,
     oddities: Oddities,
@@ -22,12 +22,7 @@ pub(super) struct Streets {
 impl Streets {
     /// Keeps a way if it is drivable.
     pub(super) fn way(&mut self, id: i64, tags: &Tags<'_>, nodes: &[i64]) {
-        let Some(street) = Street::parse(id, tags, &mut self.oddities) else {
-            if tag(tags, "highway").is_some() {
-                self.closed.push(id);
-            }
-            return;
-        };
+        let Some(street) = Street::parse(id, tags, &mut self.oddities) else { return };
         if nodes.len() < 2 {
             self.oddities.add("way with fewer than two nodes", || format!("way {id}"));
             return;
@@ -55,15 +50,13 @@ impl Streets {
             way.refs = way.refs.start + shift..way.refs.end + shift;
             way
         }));
-        self.closed.extend(later.closed);
         self.turns.extend(later.turns);
         self.oddities.merge(later.oddities);
     }
 
     /// Returns the extract, in which no node has a place yet.
     pub(super) fn finish(self) -> Extract {
-        let Self { mut ways, mut refs, closed, mut turns, mut oddities } = self;
-        let closed: HashSet<i64> = closed.into_iter().collect();
+        let Self { mut ways, mut refs, mut turns, mut oddities } = self;
         if !ways.is_sorted_by(|a, b| a.id < b.id) {
             last_of_each(&mut ways, |way| way.id, "two ways with one id", "way", &mut oddities);
             refs = in_order(&mut ways, &refs);
@@ -72,57 +65,31 @@ impl Streets {
         let kept = |id: &i64| ways.binary_search_by_key(id, |way| way.id).is_ok();
         let mut restrictions = Vec::new();
         for (relation, turns) in turns {
-            let (on, off): (Vec<_>, Vec<_>) = turns.into_iter().partition(|turn| {
-                let via = match &turn.via {
-                    Via::Node(_) => true,
-                    Via::Ways(ways) => ways.iter().all(kept),
-                };
-                via && kept(&turn.from) && kept(&turn.to)
-            });
             let ends_at = |id: i64, node: i64| {
                 ways.binary_search_by_key(&id, |way| way.id).is_ok_and(|k| {
                     let nodes = &refs[ways[k].refs.clone()];
                     nodes.first() == Some(&node) || nodes.last() == Some(&node)
                 })
             };
-            // Where a way goes on, nothing says which of its two directions is meant.
-            let (on, through): (Vec<_>, Vec<_>) = on.into_iter().partition(|turn| match turn.via {
-                Via::Node(node) => ends_at(turn.from, node) && ends_at(turn.to, node),
-                Via::Ways(_) => true,
-            });
-            if !through.is_empty() {
-                let reason = "turn restriction on a way that does not end at the turn";
-                oddities.add(reason, || format!("relation {relation}"));
-            }
-            restrictions.extend(on);
-            if !off.is_empty() {
-                let ways = |turn: &Restriction| match &turn.via {
-                    Via::Node(_) => vec![turn.from, turn.to],
-                    Via::Ways(via) => [&[turn.from, turn.to], &via[..]].concat(),
+            for turn in turns {
+                let (all_kept, at_ends) = match &turn.via {
+                    // Where a way goes on, nothing says which of its two directions is meant.
+                    Via::Node(node) => (true, ends_at(turn.from, *node) && ends_at(turn.to, *node)),
+                    Via::Ways(ways) => (ways.iter().all(kept), true),
                 };
-                let missing =
-                    off.iter().flat_map(ways).any(|id| !kept(&id) && !closed.contains(&id));
-                let reason = match missing {
-                    true => "turn restriction on a way that the extract does not have",
-                    false => "turn restriction on a way that is not drivable",
+                let reason = match all_kept && kept(&turn.from) && kept(&turn.to) {
+                    true if at_ends => {
+                        restrictions.push(turn);
+                        continue;
+                    }
+                    true => "turn restriction on a way that does not end at the turn",
+                    false => "turn restriction on a way that is not drivable or not in the extract",
                 };
                 oddities.add(reason, || format!("relation {relation}"));
             }
         }
-        ways.shrink_to_fit();
-        refs.shrink_to_fit();
-        restrictions.shrink_to_fit();
         let nodes = Nodes::wanted(refs.clone());
-        Extract {
-            ways,
-            refs,
-            nodes,
-            signals: Vec::new(),
-            crossings: Vec::new(),
-            signs: Vec::new(),
-            restrictions,
-            oddities,
-        }
+        Extract { ways, refs, nodes, restrictions, oddities, ..Extract::default() }
     }
 }
 
@@ -215,9 +182,9 @@ impl Places {
     }
 }
 
-/// Puts the signals in order and counts the nodes that were not found.
-pub(super) fn complete(extract: &mut Extract) {
-    let Extract { nodes, signals, crossings, signs, oddities, .. } = extract;
+/// Puts the signals in order and counts the nodes that were not found; without any place it is an error.
+pub(super) fn complete(path: &Path, mut extract: Extract) -> Result<Extract, OsmError> {
+    let Extract { nodes, signals, crossings, signs, oddities, .. } = &mut extract;
     for ids in [crossings, signs] {
         ids.sort_unstable();
         ids.dedup();
@@ -228,6 +195,12 @@ pub(super) fn complete(extract: &mut Extract) {
     for index in (0..nodes.len()).filter(|index| nodes.place(*index).is_none()) {
         oddities.add("node is missing in the file", || format!("node {}", nodes.id(index)));
     }
+    if nodes.have_places() {
+        return Ok(extract);
+    }
+    let reason = "holds streets and no node of them, so that nothing has a place, as Overpass writes with `out geom` or \
+                  without `>`; end the query with `(._; >;); out body;`";
+    Err(nothing(path, reason))
 }
 
 #[cfg(test)]
@@ -280,9 +253,8 @@ mod tests {
         let extract = streets.finish();
         let kept = Restriction { from: 1, via: Via::Node(2), to: 2, only: false, when: None };
         assert_eq!(extract.restrictions, [kept]);
-        assert_eq!(extract.oddities.count("turn restriction on a way that is not drivable"), 1);
-        let missing = "turn restriction on a way that the extract does not have";
-        assert_eq!(extract.oddities.count(missing), 1);
+        let reason = "turn restriction on a way that is not drivable or not in the extract";
+        assert_eq!(extract.oddities.count(reason), 2);
     }
 
     #[test]
@@ -320,7 +292,7 @@ mod tests {
         let signal = [("highway", "traffic_signals")];
         places.node(&extract.nodes, 4, &signal, || Place::from_degrees(42.0, 50.0));
         places.put(&mut extract);
-        complete(&mut extract);
+        let extract = complete(Path::new("a"), extract).unwrap();
         assert_eq!(extract.nodes.place(0), None);
         assert_eq!(extract.nodes.place(1), Place::from_degrees(41.0, 50.0));
         assert_eq!(extract.signals.iter().map(|s| s.id).collect::<Vec<_>>(), [4]);

@@ -1,18 +1,17 @@
 //! The frame of a PBF file: blobs one after the other, each with a header, and their compression.
 
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use flate2::read::ZlibDecoder;
-use osmpbfreader::fileformat::BlobHeader;
+use osmpbfreader::fileformat::{self, BlobHeader};
 use protobuf::Message;
 
 use super::Fault;
-use super::wire::{Fields, Value};
 use crate::OsmError;
 
 /// Most bytes of a blob's header, by the specification.
-const MAX_HEADER_BYTES: u32 = 64 * 1024;
+const MAX_HEADER_BYTES: usize = 64 * 1024;
 
 /// Most bytes of a blob, stored and inflated, by the specification.
 pub(super) const MAX_BLOB_BYTES: usize = 32 * 1024 * 1024;
@@ -24,25 +23,15 @@ const MOST_INFLATED: usize = 64;
 /// Bytes of an inflated blob that are taken however small it was.
 const SMALL_BLOB_BYTES: usize = 1 << 20;
 
-/// What a blob is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Purpose {
-    /// What the file needs of its reader.
-    Header,
-    /// Nodes, ways and relations.
-    Data,
-    /// Something that readers may skip.
-    Other,
-}
+/// Where a blob lies, after its header, and its size.
+pub(super) type Spot = (u64, usize);
 
 /// A blob as it is stored.
 #[derive(Debug)]
 pub(super) struct Blob {
-    /// What it is for.
-    pub(super) purpose: Purpose,
-    /// Where it begins in the file, after its header.
-    pub(super) byte: u64,
-    /// Its bytes.
+    /// `OSMHeader`, `OSMData`, or something that readers may skip.
+    pub(super) kind: String,
+    pub(super) spot: Spot,
     pub(super) bytes: Vec<u8>,
 }
 
@@ -51,14 +40,14 @@ pub(super) struct Blobs<'a, R> {
     path: &'a Path,
     source: &'a mut R,
     byte: u64,
+    pub(super) size: u64,
 }
 
 impl<'a, R: Read + Seek> Blobs<'a, R> {
-    /// Returns the blobs of a file and the size of that.
-    pub(super) fn of(path: &'a Path, source: &'a mut R) -> Result<(Self, u64), OsmError> {
+    pub(super) fn of(path: &'a Path, source: &'a mut R) -> Result<Self, OsmError> {
         let size = source.seek(SeekFrom::End(0)).and_then(|size| source.rewind().map(|()| size));
         let size = size.map_err(OsmError::unreadable(path))?;
-        Ok((Self { path, source, byte: 0 }, size))
+        Ok(Self { path, source, byte: 0, size })
     }
 
     /// Returns where reading has come to.
@@ -68,121 +57,78 @@ impl<'a, R: Read + Seek> Blobs<'a, R> {
 
     /// Returns the next blob; `None` at the end of the file.
     pub(super) fn next(&mut self) -> Result<Option<Blob>, OsmError> {
-        let start = self.byte;
-        let mut length = [0; 4];
-        match self.fill(&mut length)? {
-            0 => return Ok(None),
-            4 => {}
-            _ => return Err(self.damaged(start, "the file ends within the length of a header")),
+        let (path, start) = (self.path, self.byte);
+        let damaged = |reason: String| Err(Fault::from(reason).at(path, start));
+        if start == self.size {
+            return Ok(None);
         }
-        let length = u32::from_be_bytes(length);
+        let length = self.take(4)?;
+        let length = length.into_iter().fold(0, |length, byte| length << 8 | usize::from(byte));
         if length > MAX_HEADER_BYTES {
-            let reason = format!("a header of {length} bytes, more than a PBF file can have");
-            return Err(self.damaged(start, &reason));
+            return damaged(format!("a header of {length} bytes, more than one can have"));
         }
-        let header = self.take(length as usize)?;
-        let header = BlobHeader::parse_from_bytes(&header)
-            .map_err(|e| self.damaged(start, &format!("the header of a blob is garbled ({e})")))?;
-        let size = usize::try_from(header.datasize()).ok().filter(|size| *size <= MAX_BLOB_BYTES);
-        let Some(size) = size else {
-            let size = header.datasize();
-            return Err(self.damaged(start, &format!("a blob of impossible size, {size} bytes")));
+        let header = match BlobHeader::parse_from_bytes(&self.take(length)?) {
+            Ok(header) => header,
+            Err(e) => return damaged(format!("the header of a blob is garbled ({e})")),
         };
-        let purpose = match header.type_() {
-            "OSMHeader" => Purpose::Header,
-            "OSMData" => Purpose::Data,
-            _ => Purpose::Other,
+        let size = header.datasize();
+        let Some(size) = usize::try_from(size).ok().filter(|size| *size <= MAX_BLOB_BYTES) else {
+            return damaged(format!("a blob of impossible size, {size} bytes"));
         };
-        let byte = self.byte;
-        Ok(Some(Blob { purpose, byte, bytes: self.take(size)? }))
+        self.blob(header.type_().to_owned(), size).map(Some)
     }
 
     /// Returns a blob of data again.
-    pub(super) fn again(&mut self, (byte, size): (u64, usize)) -> Result<Blob, OsmError> {
-        self.source.seek(SeekFrom::Start(byte)).map_err(OsmError::unreadable(self.path))?;
+    pub(super) fn again(&mut self, (byte, size): Spot) -> Result<Blob, OsmError> {
+        self.seek(byte)?;
+        self.blob("OSMData".to_owned(), size)
+    }
+
+    fn blob(&mut self, kind: String, size: usize) -> Result<Blob, OsmError> {
+        Ok(Blob { kind, spot: (self.byte, size), bytes: self.take(size)? })
+    }
+
+    fn seek(&mut self, byte: u64) -> Result<(), OsmError> {
         self.byte = byte;
-        Ok(Blob { purpose: Purpose::Data, byte, bytes: self.take(size)? })
+        let at = self.source.seek(SeekFrom::Start(byte));
+        at.map(drop).map_err(OsmError::unreadable(self.path))
     }
 
     /// Returns so many bytes.
     fn take(&mut self, size: usize) -> Result<Vec<u8>, OsmError> {
-        let start = self.byte;
-        let mut bytes = vec![0; size];
-        if self.fill(&mut bytes)? < size {
+        let mut bytes = Vec::new();
+        let read = self.source.by_ref().take(size as u64).read_to_end(&mut bytes);
+        if read.map_err(OsmError::unreadable(self.path))? < size {
             let reason = format!("the file ends within a blob, {size} bytes were announced");
-            return Err(self.damaged(start, &reason));
+            return Err(Fault::from(reason).at(self.path, self.byte));
         }
+        self.byte += size as u64;
         Ok(bytes)
     }
-
-    /// Fills a buffer as far as the file lasts and returns how far.
-    fn fill(&mut self, buffer: &mut [u8]) -> Result<usize, OsmError> {
-        let mut filled = 0;
-        while filled < buffer.len() {
-            match self.source.read(&mut buffer[filled..]) {
-                Ok(0) => break,
-                Ok(n) => filled += n,
-                Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-                Err(e) => return Err(OsmError::unreadable(self.path)(e)),
-            }
-        }
-        self.byte += filled as u64;
-        Ok(filled)
-    }
-
-    fn damaged(&self, byte: u64, reason: &str) -> OsmError {
-        OsmError::Damaged { path: self.path.to_path_buf(), byte, reason: reason.to_owned() }
-    }
 }
 
-/// Returns the content of a blob, inflated into `buffer` if need be.
-pub(super) fn content<'a>(blob: &'a [u8], buffer: &'a mut Vec<u8>) -> Result<&'a [u8], Fault> {
-    let (mut declared, mut packed) = (None, None);
-    for field in Fields::of(blob) {
-        match field? {
-            (1, Value::Bytes(raw)) => return Ok(raw),
-            (2, Value::Number(size)) => declared = Some(size),
-            (3, Value::Bytes(zlib)) => packed = Some(zlib),
-            (4, Value::Bytes(_)) => return Err(compression("LZMA")),
-            (5, Value::Bytes(_)) => return Err(compression("bzip2")),
-            (6, Value::Bytes(_)) => return Err(compression("LZ4")),
-            (7, Value::Bytes(_)) => return Err(compression("zstd")),
-            _ => {}
-        }
+/// Returns the content of a blob.
+pub(super) fn content(bytes: &[u8]) -> Result<Vec<u8>, Fault> {
+    let blob = fileformat::Blob::parse_from_bytes(bytes).map_err(|e| e.to_string())?;
+    if let Some(raw) = blob.raw {
+        return Ok(raw);
     }
-    let packed = packed.ok_or("a blob without data")?;
-    let limit = match declared {
-        None => MAX_BLOB_BYTES,
-        Some(size) => match usize::try_from(size).ok().filter(|size| *size <= MAX_BLOB_BYTES) {
-            Some(size) => size,
-            None => return Err("a blob that is to inflate to more than 32 MiB".into()),
-        },
-    };
+    let packed = blob.zlib_data.as_deref();
+    let packed = packed.ok_or(
+        "a blob that zlib did not compress; rewrite the file with `osmium cat in.osm.pbf -o out.osm.pbf`",
+    )?;
     let most = packed.len().saturating_mul(MOST_INFLATED).max(SMALL_BLOB_BYTES);
-    let made_to_fill = || {
-        Fault::Damaged(format!("a blob that inflates to more than {MOST_INFLATED} times its size"))
-    };
-    if declared.is_some() && limit > most {
-        return Err(made_to_fill());
+    let limit = most.min(MAX_BLOB_BYTES);
+    let mut inflated = Vec::new();
+    ZlibDecoder::new(packed)
+        .take(limit as u64 + 1)
+        .read_to_end(&mut inflated)
+        .map_err(|e| format!("the compressed data is garbled ({e})"))?;
+    if inflated.len() > limit {
+        return Err("a blob that inflates to more than it can have".into());
     }
-    let limit = limit.min(most);
-    buffer.clear();
-    let mut inflated = ZlibDecoder::new(packed).take(limit as u64 + 1);
-    let size = inflated
-        .read_to_end(buffer)
-        .map_err(|e| Fault::Damaged(format!("the compressed data is garbled ({e})")))?;
-    if declared.is_none() && size > limit && limit == most {
-        return Err(made_to_fill());
-    }
-    if size > limit || declared.is_some_and(|_| size != limit) {
+    if blob.raw_size.is_some_and(|size| usize::try_from(size) != Ok(inflated.len())) {
         return Err("a blob inflates to another size than announced".into());
     }
-    Ok(buffer)
-}
-
-fn compression(name: &str) -> Fault {
-    Fault::Unsupported(format!(
-        "the data is compressed by {name}, of which no reader is built in; rewrite the file with \
-         `osmium cat in.osm.pbf -o out.osm.pbf`"
-    ))
+    Ok(inflated)
 }

@@ -6,14 +6,14 @@
 use std::io::{Read, Seek};
 use std::path::Path;
 
+use osmpbfreader::osmformat::HeaderBlock;
+use protobuf::Message;
 use rayon::prelude::*;
 
 use super::block::Block;
 use super::collect::{Streets, complete};
-use super::fault::{no_streets, placed};
-use super::format::{Content, Format, expect};
-use super::frame::{Blob, Blobs, Purpose, content};
-use super::wire::{Fields, Value};
+use super::format::no_streets;
+use super::frame::{Blob, Blobs, Spot, content};
 use super::{Fault, Progress};
 use crate::OsmError;
 use crate::extract::Extract;
@@ -22,30 +22,21 @@ use crate::extract::Extract;
 const BATCH_BYTES: usize = 4 * 1024 * 1024;
 
 /// Features that a file may ask of its reader.
-const FEATURES: [&[u8]; 2] = [b"OsmSchema-V0.6", b"DenseNodes"];
-
-/// Field of the file's header that names such a feature.
-const REQUIRED_FEATURE: u32 = 4;
-
-/// Where a blob lies, and its size.
-type Spot = (u64, usize);
+const FEATURES: [&str; 2] = ["OsmSchema-V0.6", "DenseNodes"];
 
 /// Reads what is needed of a PBF file; `path` is for messages only.
 ///
 /// # Errors
 ///
-/// [`OsmError::Damaged`] when it cannot be read to its end, [`OsmError::Malformed`] when it needs
-/// something that this reader does not have, [`OsmError::Nothing`] without any drivable way,
-/// [`OsmError::Unreadable`] when reading fails.
+/// [`OsmError::Damaged`] when it cannot be read to its end or needs what this reader does not have,
+/// [`OsmError::Nothing`] without any drivable way, [`OsmError::Unreadable`] when reading fails.
 pub fn read_pbf<R: Read + Seek>(
     path: &Path,
     source: &mut R,
     progress: Progress<'_>,
 ) -> Result<Extract, OsmError> {
-    let (mut blobs, size) = Blobs::of(path, source)?;
-    if size == 0 {
-        expect(path, Format::Pbf, Content::Empty)?;
-    }
+    let mut blobs = Blobs::of(path, source)?;
+    let size = blobs.size;
     let in_all = 2 * size;
     progress(0, in_all);
     let (streets, with_nodes) = first_pass(path, &mut blobs, &|byte| progress(byte, in_all))?;
@@ -69,9 +60,8 @@ pub fn read_pbf<R: Read + Seek>(
         progress(size + blobs.byte(), in_all);
         rest = later;
     }
-    complete(&mut extract);
     progress(in_all, in_all);
-    placed(path, extract)
+    complete(path, extract)
 }
 
 /// Returns what the first pass keeps, and where the blobs with nodes lie.
@@ -106,14 +96,14 @@ fn next_batch<R: Read + Seek>(
     while stored < BATCH_BYTES {
         let first = blobs.byte() == 0;
         let Some(blob) = blobs.next()? else { break };
-        match blob.purpose {
-            Purpose::Header => check(&blob.bytes).map_err(|fault| fault.at(path, blob.byte))?,
+        match &*blob.kind {
+            "OSMHeader" => check(&blob.bytes).map_err(|fault| fault.at(path, blob.spot.0))?,
             _ if first => return Err(Fault::from("no header of a PBF file").at(path, 0)),
-            Purpose::Other => {}
-            Purpose::Data => {
+            "OSMData" => {
                 stored += blob.bytes.len();
                 batch.push(blob);
             }
+            _ => {}
         }
     }
     Ok(batch)
@@ -121,31 +111,27 @@ fn next_batch<R: Read + Seek>(
 
 /// Checks that this reader has all that a file needs.
 fn check(header: &[u8]) -> Result<(), Fault> {
-    let mut buffer = Vec::new();
-    for field in Fields::of(content(header, &mut buffer)?) {
-        let (REQUIRED_FEATURE, Value::Bytes(feature)) = field? else { continue };
-        if !FEATURES.contains(&feature) {
-            let feature = String::from_utf8_lossy(feature);
-            return Err(Fault::Unsupported(format!(
-                "the file needs the feature `{feature}`, which this reader does not have; take an \
-                 extract of the present state without it, as Geofabrik and BBBike offer"
-            )));
-        }
+    let header = HeaderBlock::parse_from_bytes(&content(header)?).map_err(|e| e.to_string())?;
+    match header.required_features.iter().find(|feature| !FEATURES.contains(&feature.as_str())) {
+        None => Ok(()),
+        Some(feature) => Err(format!(
+            "the file needs the feature `{feature}`, which this reader does not have; take an extract of the present \
+             state, as Geofabrik and BBBike offer"
+        )
+        .into()),
     }
-    Ok(())
 }
 
 /// Returns what is found in each blob, in the order of the blobs.
 fn decoded<T: Send>(
     path: &Path,
     batch: Vec<Blob>,
-    decode: impl Fn(&Block<'_>) -> Result<T, Fault> + Sync,
+    decode: impl Fn(&Block) -> Result<T, Fault> + Sync,
 ) -> Vec<Result<(Spot, T), OsmError>> {
-    let each = batch.into_par_iter().map_init(Vec::new, |buffer, blob| {
-        let block = content(&blob.bytes, buffer).and_then(Block::parse);
+    let each = batch.into_par_iter().map(|blob| {
+        let block = content(&blob.bytes).and_then(|bytes| Block::parse(&bytes));
         let found = block.and_then(|block| decode(&block));
-        let found = found.map_err(|fault| fault.at(path, blob.byte))?;
-        Ok(((blob.byte, blob.bytes.len()), found))
+        found.map(|found| (blob.spot, found)).map_err(|fault| fault.at(path, blob.spot.0))
     });
     each.collect()
 }

@@ -25,13 +25,11 @@ const TIMES: [&str; 4] = ["day_on", "day_off", "hour_on", "hour_off"];
 const CONDITIONAL: &str = ":conditional";
 
 /// What a member of a relation is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// A node.
+    #[default]
     Node,
-    /// A way.
     Way,
-    /// A relation.
     Relation,
 }
 
@@ -131,16 +129,10 @@ fn conditions(value: &str) -> impl Iterator<Item = Clause<'_>> {
 
 /// Returns the times that the keys of old say.
 fn days_and_hours(tags: &Tags<'_>) -> Option<Hours> {
-    let day = |key, usual| {
-        let name: String = tag(tags, key).unwrap_or(usual).trim().chars().take(2).collect();
-        let mut letters = name.chars();
-        let first = letters.next().map(|c| c.to_ascii_uppercase());
-        first.into_iter().chain(letters.map(|c| c.to_ascii_lowercase())).collect::<String>()
-    };
-    let hour = |key, usual| tag(tags, key).unwrap_or(usual).trim().to_owned();
-    let days = (day("day_on", "Mo"), day("day_off", "Su"));
-    let hours = (hour("hour_on", "00:00"), hour("hour_off", "24:00"));
-    Hours::parse(&format!("{}-{} {}-{}", days.0, days.1, hours.0, hours.1))
+    let usual = ["Mo", "Su", "00:00", "24:00"];
+    let [first, last, begin, end] =
+        std::array::from_fn(|i| tag(tags, TIMES[i]).unwrap_or(usual[i]).trim());
+    Hours::parse(&format!("{first}-{last} {begin}-{end}"))
 }
 
 /// Returns the kind that a value names, such as `no_left_turn`; `Ok(None)` if it is none that matters here.

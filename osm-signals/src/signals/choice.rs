@@ -5,10 +5,13 @@ use std::collections::BTreeMap;
 use crate::error::{OsmError, brief};
 use crate::table::{Column, Table};
 
+/// Values with how often they occur.
+pub(super) type Values = BTreeMap<String, usize>;
+
 /// Usual names of columns that tell signals from what else a list has.
-const KINDS: [&str; 13] = [
-    "type", "kind", "signal_type", "signaltype", "sig_type", "asset_type", "device_type",
-    "site_type", "category", "status", "state", "signal_status", "op_status",
+const KINDS: [&str; 11] = [
+    "type", "kind", "signal_type", "sig_type", "asset_type", "device_type", "site_type",
+    "category", "status", "state", "signal_status",
 ];
 
 /// Parts of words for what stands in such lists and stops nobody, or not yet, or no longer.
@@ -19,9 +22,9 @@ const NO_SIGNALS: [&str; 29] = [
     "mid-block", "midblock", "mid block", "emergency",
 ];
 
-/// Whole words for the same: as a part, `sign` is in every signal. Half signals stop one of two streets, and signals of
-/// fire stations only for fire engines.
-const NO_SIGNALS_ALONE: [&str; 4] = ["sign", "signs", "half", "fire"];
+/// Whole words for the same: as a part, `sign` is in every signal. Half signals and pedestrian
+/// hybrid beacons (PHB) stop one of two streets, and signals of fire stations only for fire engines.
+const NO_SIGNALS_ALONE: [&str; 5] = ["sign", "signs", "half", "fire", "phb"];
 
 /// Most different values that a message names.
 const NAMED: usize = 8;
@@ -75,28 +78,28 @@ pub(super) fn kinds(table: &Table<'_>, conditions: &[Condition]) -> Vec<usize> {
 }
 
 /// Says which rows may be no signals.
-pub(super) fn doubt(column: &str, values: &BTreeMap<String, usize>) -> Option<String> {
+pub(super) fn doubt(column: &str, values: &Values) -> Option<String> {
     let others = |value: &&String| {
         let value = value.to_lowercase();
         let mut words = value.split(|c: char| !c.is_alphanumeric());
         NO_SIGNALS.iter().any(|part| value.contains(part))
             || words.any(|word| NO_SIGNALS_ALONE.contains(&word))
     };
-    let doubtful: BTreeMap<String, usize> =
+    let doubtful: Values =
         values.iter().filter(|(v, _)| others(v)).map(|(v, n)| (v.clone(), *n)).collect();
     let rows: usize = doubtful.values().sum();
     let first = doubtful.keys().next()?;
     Some(format!(
         "{rows} rows may be no signals: column {} has {}; leave them out with --signals-where, such as '{}!={}'",
-        brief(column),
+        column,
         named(&doubtful),
-        brief(column),
+        column,
         brief(first)
     ))
 }
 
 /// Returns values with how often they occur, the most frequent first.
-pub(super) fn named(values: &BTreeMap<String, usize>) -> String {
+pub(super) fn named(values: &Values) -> String {
     let mut sorted: Vec<(&String, &usize)> = values.iter().collect();
     sorted.sort_by(|a, b| b.1.cmp(a.1).then(a.0.cmp(b.0)));
     let more = if sorted.len() > NAMED { ", ..." } else { "" };

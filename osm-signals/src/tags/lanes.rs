@@ -264,17 +264,6 @@ mod tests {
         assert_eq!(lanes(&closed, Direction::Backward), Some(3));
     }
 
-    #[test]
-    fn an_example_of_an_unusable_tag_is_short() {
-        let mut oddities = Oddities::default();
-        let long = "9".repeat(100_000);
-        let tags = [("lanes", &*long), ("turn:lanes", &long)];
-        LaneTags::parse(1, &tags, Direction::Both, &mut oddities);
-        drop(TurnTags::parse(1, &tags, &mut oddities));
-        assert_eq!(oddities.iter().count(), 2);
-        assert!(oddities.iter().all(|(_, o)| o.example.len() < 100));
-    }
-
     fn turns(text: &str) -> Option<Vec<TurnLane>> {
         turn_lanes(text, None).map(Into::into)
     }
@@ -309,10 +298,5 @@ mod tests {
         let tags = [("turn:lanes", "left|through|through|right"), ("vehicle:lanes", "yes||no|")];
         let turns = TurnTags::parse(1, &tags, &mut Oddities::default()).unwrap();
         assert_eq!(*turns.plain, [TurnLane::LEFT, TurnLane::THROUGH, TurnLane::RIGHT]);
-    }
-
-    #[test]
-    fn ways_without_turn_lanes_have_no_tags() {
-        assert_eq!(TurnTags::parse(1, &[("lanes", "2")], &mut Oddities::default()), None);
     }
 }

@@ -22,38 +22,15 @@ const RULES: [&str; 4] = ["zone:maxspeed", "maxspeed:type", "source:maxspeed", "
 /// What `walk` means, km/h (OpenStreetMap's wiki, Key:maxspeed).
 const WALK_KMH: f64 = 7.0;
 
-/// Limits for cars within and outside built-up areas, km/h (OpenStreetMap's wiki, Default speed limits).
-const LEGAL_KMH: [(&str, f64, f64); 30] = [
-    ("at", 50.0, 100.0),
-    ("be-bru", 30.0, 70.0),
-    ("be-vlg", 50.0, 70.0),
-    ("be-wal", 50.0, 90.0),
-    ("bg", 50.0, 90.0),
-    ("by", 60.0, 90.0),
-    ("ch", 50.0, 80.0),
-    ("cz", 50.0, 90.0),
-    ("de", 50.0, 100.0),
-    ("dk", 50.0, 80.0),
-    ("ee", 50.0, 90.0),
-    ("es", 50.0, 90.0),
-    ("fi", 50.0, 80.0),
-    ("fr", 50.0, 80.0),
-    ("gr", 50.0, 90.0),
-    ("hr", 50.0, 90.0),
-    ("hu", 50.0, 90.0),
-    ("it", 50.0, 90.0),
-    ("lt", 50.0, 90.0),
-    ("lv", 50.0, 90.0),
-    ("nl", 50.0, 80.0),
-    ("no", 50.0, 80.0),
-    ("pl", 50.0, 90.0),
-    ("pt", 50.0, 90.0),
-    ("ro", 50.0, 90.0),
-    ("rs", 50.0, 80.0),
-    ("ru", 60.0, 90.0),
-    ("se", 50.0, 70.0),
-    ("si", 50.0, 90.0),
-    ("ua", 50.0, 90.0),
+/// Limits for cars within and outside built-up areas, km/h, and their countries (OpenStreetMap's wiki, Default speed
+/// limits).
+const LEGAL_KMH: [(f64, f64, &str); 6] = [
+    (50.0, 90.0, "be-wal bg cz ee es gr hr hu it lt lv pl pt ro si ua"),
+    (50.0, 80.0, "ch dk fi fr nl no rs"),
+    (50.0, 100.0, "at de"),
+    (50.0, 70.0, "be-vlg se"),
+    (60.0, 90.0, "by ru"),
+    (30.0, 70.0, "be-bru"),
 ];
 
 /// Countries whose signs are in miles per hour.
@@ -129,10 +106,10 @@ fn by_rule(text: &str) -> Option<f64> {
     if !matches!(country.len(), 2..=6) || !country.starts_with(|c: char| c.is_ascii_lowercase()) {
         return None;
     }
-    let legal = || LEGAL_KMH.iter().find(|(code, ..)| *code == country);
+    let legal = || LEGAL_KMH.iter().find(|(.., codes)| codes.split(' ').any(|c| c == country));
     match rule {
-        "urban" => return legal().map(|(_, urban, _)| kmh_to_mph(*urban)),
-        "rural" => return legal().map(|(.., rural)| kmh_to_mph(*rural)),
+        "urban" => return legal().map(|(urban, ..)| kmh_to_mph(*urban)),
+        "rural" => return legal().map(|(_, rural, _)| kmh_to_mph(*rural)),
         "walk" => return Some(kmh_to_mph(WALK_KMH)),
         // The limits of Great Britain outside motorways (the Highway Code, rule 124).
         "nsl_restricted" => return Some(30.0),

@@ -4,13 +4,6 @@ use osm_signals::intersections::Skip;
 
 use signals::city::reason::Reason;
 
-/// Returns a text as a sentence.
-pub(super) fn sentence(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().map(char::to_uppercase).into_iter().flatten();
-    first.chain(letters).chain(['.']).collect()
-}
-
 /// Says what a reason means and what helps.
 pub(super) fn meaning(reason: Reason) -> &'static str {
     let skip = match reason {

@@ -2,7 +2,6 @@
 
 use osm_signals::intersections::Skip;
 
-use super::explain::sentence;
 use crate::demand;
 use evaluation::report::format::{self, count};
 use signals::city::quality::{Provenance, Quality};
@@ -84,7 +83,7 @@ pub(super) fn sentences(q: &Quality) -> Vec<String> {
         }
         false => advice(q, p),
     }));
-    sentences.push(sentence(&q.side.text()));
+    sentences.push(format!("Traffic keeps to the {}.", q.driving_side));
     sentences
 }
 
@@ -170,7 +169,6 @@ fn advice(q: &Quality, p: &Provenance) -> String {
 /// Returns what a reader must know before using the family.
 pub(super) fn warnings(q: &Quality) -> Vec<String> {
     let mut warnings = Vec::new();
-    warnings.extend(q.side.warning.as_deref().map(sentence));
     let inflow = q.provenance.iter().find(|p| p.feature == "inflow");
     if let Some(p) = inflow.filter(|p| p.default > MANY_DEFAULTS) {
         warnings.push(format!(

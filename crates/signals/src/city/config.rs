@@ -125,7 +125,7 @@ impl CityConfig {
             .map_err(|_| at("text", "not UTF-8; save the file as UTF-8".to_owned()))?;
         let sections = toml::from_str::<Sections>(&text);
         let config = Self::from(sections.map_err(|e| at("settings", parser_message(&e)))?);
-        config.settings.check().map_err(|e| at(&e.setting, e.reason()))?;
+        config.settings.check().map_err(|e| at(&e.setting, e.reason.clone()))?;
         config.hour.check().map_err(|(field, reason)| at(field, reason))?;
         Ok(config)
     }

@@ -118,9 +118,6 @@ pub fn derive(
     events(Event::Read);
     let input = input?;
     let read_in = start.elapsed();
-    if let Some(warning) = &input.side.warning {
-        events(Event::Warning(warning));
-    }
     if let (Some(path), Some(list)) = (&request.signals, &input.signals) {
         let said = list.doubts.iter().map(|doubt| format!("{}: {doubt}", path.display()));
         said.for_each(|text| events(Event::Warning(&text)));
@@ -135,7 +132,7 @@ pub fn derive(
     }
     let survey = Survey::new(&input.extract, &input.config.settings, &input.inputs());
     check(request, &input, &survey)?;
-    let mut city = City::new(survey, input.side.clone());
+    let mut city = City::new(survey, input.side);
     let surveyed_in = start.elapsed() - read_in;
     let (loaded, networks, built) = with_networks(request, &input, &mut city, events)?;
     for doubt in &loaded.doubts {
@@ -164,7 +161,6 @@ fn check(request: &Request, input: &Input, survey: &Survey) -> Result<(), CityEr
         return Err(CityError::CountsElsewhere {
             path: path.clone(),
             counts: counts.len(),
-            over_cap: counts.over_cap(),
             bounds: counts.bounds(),
             covered,
         });
@@ -196,11 +192,8 @@ fn with_networks(
         table::check(&rows, city, &culprit(request, city))?;
         let mut joined = None;
         if let Some(counts) = &input.turning {
-            let with_counts = counts.into_approaches(
-                &gathered(rows),
-                &request.periods,
-                city.side.driving_side,
-            )?;
+            let with_counts =
+                counts.into_approaches(&gathered(rows), &request.periods, city.side)?;
             city.count_by_turn(&with_counts.counted);
             rows = with_counts.approaches.clone();
             joined = Some(with_counts);
@@ -208,7 +201,7 @@ fn with_networks(
         let table = to_csv(&rows);
         let own = |_: &str| Ok(table.clone());
         let file = request.out.join(SCENARIO_FILE).display().to_string();
-        let known = (Some(city.inflow_sources()), Some(&city.side));
+        let known = (Some(city.inflow_sources()), Some(city.side));
         let loaded = from_text(&scenario_text(request, &input.config, known)?, &file, &[], &own)?;
         let specs = intersections(&loaded)?;
         let folder = request.out.join(networks_folder(loaded.scenario.preset));

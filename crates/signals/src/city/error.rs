@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use geo::{Coord, Intersects, Rect};
 use osm_signals::OsmError;
-use osm_signals::side::AcrossBorder;
 
 use super::reason::Reason;
 use crate::network::error::NetworkError;
@@ -37,16 +36,14 @@ pub enum CityError {
         /// The file.
         path: PathBuf,
     },
-    /// An extract on both sides of a border between right-hand and left-hand traffic.
+    /// An extract of a region where traffic may keep to the left.
     #[error(
-        "{}: {across}; give a --boundary around one side, or say --driving-side right or left",
+        "{}: in this part of the world traffic may keep to the left; give --driving-side left or right",
         .path.display()
     )]
-    BothSides {
+    DrivingSide {
         /// The extract.
         path: PathBuf,
-        /// What lies where.
-        across: AcrossBorder,
     },
     /// No signal that is an intersection.
     #[error("{}: {}", .path.display(), none(.reasons, .covered.as_ref()))]
@@ -76,9 +73,9 @@ pub enum CityError {
     },
     /// Counts of which none lies along a street of an intersection.
     #[error(
-        "{}: none of its {counts} counts lies along a street of an intersection{}; they cover {}{}; {}give \
+        "{}: none of its {counts} counts lies along a street of an intersection; they cover {}{}; {}give \
          counts of this city, or leave out --aadt",
-        .path.display(), over(*.over_cap), extent(*.bounds), beside(.covered.as_ref()),
+        .path.display(), extent(*.bounds), beside(.covered.as_ref()),
         exchanged(*.bounds, .covered.as_ref())
     )]
     CountsElsewhere {
@@ -86,8 +83,6 @@ pub enum CityError {
         path: PathBuf,
         /// How many counts it has.
         counts: usize,
-        /// How many would lie along one, but are more than its lanes can carry.
-        over_cap: usize,
         /// The smallest box around all counts, degrees.
         bounds: Rect<f64>,
         /// The smallest box around the streets of the extract, degrees.
@@ -142,13 +137,5 @@ fn exchanged(bounds: Rect<f64>, covered: Option<&Rect<f64>>) -> &'static str {
     match covered.is_some_and(|covered| covered.intersects(&other)) {
         true => "exchange latitude and longitude, with which they lie at the extract, ",
         false => "",
-    }
-}
-
-/// Says how many counts exceed what lanes can carry.
-fn over(cap: usize) -> String {
-    match cap {
-        0 => String::new(),
-        n => format!(" ({n} would, but exceed counts.max_veh_per_day_per_lane)"),
     }
 }

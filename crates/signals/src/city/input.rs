@@ -2,15 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use osm_signals::side::{SideSetting, decide};
-use osm_signals::{Boundary, Counts, Extract, Inputs, SignalList, read};
+use osm_signals::{Boundary, Counts, DrivingSide, Extract, Inputs, SignalList, read};
 
 use super::config::CityConfig;
 use super::error::CityError;
 use super::folder;
 use super::quality::InputFile;
 use super::scenario::scenario_text;
-use super::side::CitySide;
 use crate::settings::Detail;
 use crate::turning::{Period, TurningCounts};
 use basics::files::FileError;
@@ -37,7 +35,7 @@ pub struct Request {
     /// Settings of the derivation, TOML.
     pub config: Option<PathBuf>,
     /// Side of the street that traffic keeps to; `None` as the settings say.
-    pub driving_side: Option<SideSetting>,
+    pub driving_side: Option<DrivingSide>,
     /// Six features per intersection, or its real arms.
     pub detail: Detail,
     /// Settings of the scenario; the last of several values of one counts.
@@ -101,7 +99,7 @@ pub(super) struct Input {
     pub(super) signals: Option<SignalList>,
     pub(super) counts: Option<Counts>,
     boundary: Option<Boundary>,
-    pub(super) side: CitySide,
+    pub(super) side: DrivingSide,
     pub(super) extract: Extract,
     pub(super) turning: Option<TurningCounts>,
 }
@@ -135,12 +133,11 @@ impl Input {
             .then(|| TurningCounts::read(&request.turning_counts))
             .transpose()?;
         let mut extract = read(&request.extract, progress)?;
-        let setting = request.driving_side.unwrap_or(settings.streets.driving_side);
-        let path = || request.extract.clone();
-        let side = decide(&extract, setting, boundary.as_ref())
-            .map_err(|across| CityError::BothSides { path: path(), across })?;
+        let said = request.driving_side.or(settings.streets.driving_side);
+        let side = DrivingSide::of(&extract, said)
+            .ok_or_else(|| CityError::DrivingSide { path: request.extract.clone() })?;
         extract.retain_ways(|way| settings.streets.is_street(way.street.highway));
-        Ok(Self { signals, counts, boundary, side: side.into(), extract, config, turning })
+        Ok(Self { signals, counts, boundary, side, extract, config, turning })
     }
 
     /// Returns what decides beside the extract.
@@ -149,7 +146,7 @@ impl Input {
             signals: self.signals.as_ref(),
             counts: self.counts.as_ref(),
             boundary: self.boundary.as_ref(),
-            driving_side: self.side.driving_side,
+            driving_side: self.side,
         }
     }
 }

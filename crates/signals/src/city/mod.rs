@@ -17,7 +17,6 @@ mod one_green;
 pub mod quality;
 pub mod reason;
 mod scenario;
-pub mod side;
 pub mod sites;
 pub mod sketch;
 pub mod spots;

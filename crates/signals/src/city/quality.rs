@@ -7,12 +7,11 @@ use osm_signals::listing::{ListMatch, RowNote};
 use osm_signals::oddities::{Oddities, Oddity};
 use osm_signals::streets::Source;
 use osm_signals::traffic::InflowSource;
-use osm_signals::{Arm, Counts, Extract};
+use osm_signals::{Arm, Counts, DrivingSide, Extract};
 use serde::Serialize;
 
 use super::config::DesignHour;
 use super::reason::Reason;
-use super::side::CitySide;
 use super::sites::City;
 use super::spots::{Spot, spots};
 
@@ -169,8 +168,8 @@ pub struct Quality {
     pub inputs: Vec<InputFile>,
     /// Hashes of the tables that were written with it, so that edited ones are noticed.
     pub written: BTreeMap<String, String>,
-    /// Side of the street that traffic keeps to, and why.
-    pub side: CitySide,
+    /// Side of the street that traffic keeps to.
+    pub driving_side: DrivingSide,
     /// Drivable ways.
     pub ways: usize,
     /// Signal nodes in the extract.
@@ -267,7 +266,7 @@ pub fn quality(
         version: env!("CARGO_PKG_VERSION"),
         inputs,
         written,
-        side: city.side.clone(),
+        driving_side: city.side,
         ways: extract.ways.len(),
         signals: extract.signals.len(),
         signals_used: city.sites().map(|site| site.found.signals.len()).sum(),

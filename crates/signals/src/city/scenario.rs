@@ -7,7 +7,6 @@ use super::config::CityConfig;
 use super::counted::hours;
 use super::folder::{self, APPROACHES_FILE};
 use super::input::Request;
-use super::side::CitySide;
 use crate::settings::Scenario;
 use crate::settings::check::check;
 use crate::settings::inflow::InflowSources;
@@ -35,7 +34,7 @@ const DEMAND_NOTE: &str = "\
 pub(super) fn scenario_text(
     request: &Request,
     config: &CityConfig,
-    (inflows, side): (Option<InflowSources>, Option<&CitySide>),
+    (inflows, side): (Option<InflowSources>, Option<DrivingSide>),
 ) -> Result<String, FamilyError> {
     let Request { detail, overrides, .. } = request;
     let (name, extract) = (folder::scenario_name(&request.out), folder::stem(&request.extract));
@@ -72,9 +71,11 @@ pub(super) fn scenario_text(
             }
         }
     }
-    let driving_side = side.map_or(DrivingSide::Right, |side| side.driving_side);
-    if let Some(side) = side.filter(|side| !side.driving_side.is_right()) {
-        side.put_into(&mut table);
+    let driving_side = side.unwrap_or_default();
+    if driving_side == DrivingSide::Left
+        && let Value::Table(network) = table.entry("network").or_insert_with(|| Table::new().into())
+    {
+        network.entry("driving_side").or_insert_with(|| driving_side.name().into());
     }
     let wrong = |field: &str, value: String, expected: String| FamilyError::Setting {
         file: source.clone(),
@@ -108,9 +109,8 @@ pub(super) fn scenario_text(
         return Err(wrong(field, "another value".to_owned(), expected));
     }
     let settings = toml::to_string(&table).expect("settings are plain data");
-    let side = side.map(|side| format!("# {}.\n", side.text())).unwrap_or_default();
     Ok(format!(
         "# Made from {extract} by `tsc-family build-networks --osm`; what is not here has its \
-         default.\n{side}{DEMAND_NOTE}{settings}"
+         default.\n{DEMAND_NOTE}{settings}"
     ))
 }

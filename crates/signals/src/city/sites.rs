@@ -5,12 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use osm_signals::listing::ListMatch;
 use osm_signals::traffic::{ArmTraffic, InflowSource};
-use osm_signals::{Intersection, Place, Survey, review};
+use osm_signals::{DrivingSide, Intersection, Place, Survey, review};
 
 use super::flag::Flag;
 use super::one_green::has_one_green;
 use super::reason::Reason;
-use super::side::CitySide;
 use crate::settings::inflow::InflowSources;
 
 /// Digits after the point of a share, as a power of ten.
@@ -50,8 +49,8 @@ pub struct SkippedSite<'a> {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct City {
     survey: Survey,
-    /// Side of the street that traffic keeps to, and why.
-    pub side: CitySide,
+    /// Side of the street that traffic keeps to.
+    pub side: DrivingSide,
     /// By intersection of the survey whether all its streams can have green at the same time.
     one_green: Vec<bool>,
     /// By intersection of the survey why it is left out.
@@ -64,9 +63,9 @@ pub struct City {
 
 impl City {
     /// Returns the city of a survey.
-    pub fn new(survey: Survey, side: CitySide) -> Self {
+    pub fn new(survey: Survey, side: DrivingSide) -> Self {
         let all = &survey.found.intersections;
-        let one_green = all.iter().map(|i| has_one_green(i, side.driving_side)).collect();
+        let one_green = all.iter().map(|i| has_one_green(i, side)).collect();
         let reasons = vec![None; all.len()];
         Self { survey, side, one_green, reasons, out: Vec::new(), left_out: BTreeMap::new() }
     }

@@ -32,6 +32,10 @@ pub fn of_approaches(intersections: &[Intersection], settings: &FamilySettings) 
     let mut doubts = changes::changes(intersections, settings, per_approach);
     doubts.extend(periods(intersections, settings));
     doubts.extend(directions(intersections));
+    if settings.inflows.is_some() {
+        // This program wrote the table from a map, in the right units.
+        return doubts;
+    }
     doubts.extend(values::values(intersections));
     let placed: Vec<Intersection> =
         intersections.iter().filter(|i| i.latitude.is_finite()).cloned().collect();

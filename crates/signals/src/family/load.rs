@@ -280,9 +280,9 @@ fn with_detail(
                     table(path).map_err(|e| unreadable(e, file, "family.approaches", path))?;
                 let intersections = approaches::read(&table, path)?;
                 let (family, members) = derive(&scenario, &intersections, path)?;
-                scenario.family.inflows = counted_by_turn(&intersections, scenario.family.inflows);
                 let mut doubts = doubts::of_approaches(&intersections, &scenario.family);
                 doubts.extend(bins_without_effect);
+                scenario.family.inflows = counted_by_turn(&intersections, scenario.family.inflows);
                 (table, family, intersections, members, doubts)
             }
             (None, Some(path)) => {

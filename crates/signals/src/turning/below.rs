@@ -29,7 +29,8 @@ pub(super) fn below_directions(lines: &[Line], at: usize) -> Option<Result<Vec<S
     let above = lines[..at].iter().rev().take(MOST_BETWEEN);
     let above =
         above.into_iter().find(|l| l.fields().filter(|field| is_heading(field)).count() >= 2)?;
-    let headings: Vec<usize> = (0..above.len()).filter(|i| is_heading(above.text(*i))).collect();
+    let headings: Vec<usize> =
+        (0..above.fields().count()).filter(|i| is_heading(above.text(*i))).collect();
     let is_repeated = |name: &str| names.iter().filter(|other| **other == name).count() > 1;
     let before = names.iter().take(headings[0]);
     let mut before = before.enumerate().filter(|(_, name)| !name.is_empty());

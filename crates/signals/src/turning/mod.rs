@@ -372,7 +372,8 @@ impl Columns {
                 // Words are titles and totals. So is what begins with a digit, such as 5th Avenue, and stands alone.
                 let place = self.find(Holds::Time);
                 let is_number = |i: usize| matches!(line.count(i), Ok(Some(_)));
-                let is_alone = !(0..line.len()).any(|i| Some(i) != place && is_number(i));
+                let is_alone =
+                    !(0..line.fields().count()).any(|i| Some(i) != place && is_number(i));
                 return match time.starts_with(|c: char| c.is_ascii_digit()) && !is_alone {
                     true => Err(format!("time {time:?} is not understood; write it like 07:15")),
                     false => Ok(None),

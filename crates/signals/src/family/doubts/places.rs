@@ -1,9 +1,7 @@
 //! What the places, bearings and lengths of a table of approaches say of each other.
 
-use osm_signals::Place;
 use osm_signals::angle::turn_degrees;
 use osm_signals::geometry::LocalMetric;
-use osm_signals::side::countries::countries;
 
 use super::doubt::{Doubt, at_line, median};
 use crate::family::approaches::{Approach, Intersection};
@@ -70,13 +68,7 @@ pub(super) fn places(intersections: &[Intersection], scale: f64) -> Vec<Doubt> {
 
 /// Returns doubts about latitudes and longitudes that may be exchanged.
 fn exchanged(intersections: &[Intersection]) -> Vec<Doubt> {
-    let own = |i: &Intersection| Place::from_degrees(i.latitude, i.longitude);
-    let other = |i: &Intersection| Place::from_degrees(i.longitude, i.latitude);
-    let all = |of: &dyn Fn(&Intersection) -> Option<Place>| {
-        countries(intersections.iter().filter_map(of)).iter().map(|c| c.places).sum::<usize>()
-    };
-    let nowhere = intersections.iter().all(|i| !INHABITED_DEG.contains(&i.latitude));
-    if nowhere || (all(&own) == 0 && all(&other) == intersections.len()) {
+    if intersections.iter().all(|i| !INHABITED_DEG.contains(&i.latitude)) {
         return vec![Doubt::whole(format!(
             "the first place, latitude {} and longitude {}, is where nobody has signals; exchange latitude and \
              longitude if they are exchanged",

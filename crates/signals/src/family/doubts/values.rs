@@ -1,8 +1,5 @@
 //! Values of a table of approaches that are implausible for their column, with the unit that they may be in.
 
-use osm_signals::Place;
-use osm_signals::side::countries::{countries, signs_in_miles};
-
 use super::doubt::{Doubt, at_line, median};
 use crate::family::approaches::{Approach, Intersection};
 use basics::units::{FOOT_M, KMH_TO_MPH, MPS_PER_MPH};
@@ -53,6 +50,10 @@ const WIDE: u32 = 4;
 /// red.
 const MOST_VPH_PER_LANE: f64 = 1900.0;
 
+/// Boxes (south, west, north, east, degrees) around the United States and the British Isles, whose signs have miles per
+/// hour.
+const MILES: [[f64; 4]; 2] = [[13.0, -180.0, 72.0, -64.0], [49.0, -11.0, 61.0, 1.8]];
+
 /// Least rows of which a median tells a unit.
 const ENOUGH: usize = 3;
 
@@ -60,14 +61,16 @@ const ENOUGH: usize = 3;
 pub(super) fn values(intersections: &[Intersection]) -> Vec<Doubt> {
     let approaches: Vec<&Approach> =
         intersections.iter().flat_map(|i| &i.arms).filter(|a| a.lanes_in > 0).collect();
-    let place = |i: &Intersection| Place::from_degrees(i.latitude, i.longitude);
-    let metric = {
-        let found = countries(intersections.iter().filter_map(place));
-        found.first().filter(|c| !signs_in_miles(&c.code)).map(|c| c.code.clone())
+    let in_miles = |i: &Intersection| {
+        let inside = |[south, west, north, east]: &[f64; 4]| {
+            (*south..*north).contains(&i.latitude) && (*west..*east).contains(&i.longitude)
+        };
+        MILES.iter().any(inside)
     };
+    let metric = !intersections.iter().any(in_miles);
     let named: Vec<(String, f64)> =
         approaches.iter().map(|a| (format!("line {}", a.line), a.speed_mph)).collect();
-    let mut doubts = speeds(&named, metric.as_deref());
+    let mut doubts = speeds(&named, metric);
     let rows = |is: Said<'_>| -> Vec<String> {
         approaches.iter().filter_map(|a| is(a).map(|text| at_line(a.line, text))).collect()
     };
@@ -134,8 +137,8 @@ fn volumes(approaches: &[&Approach], rows: &dyn Fn(Said<'_>) -> Vec<String>) -> 
 ///
 /// # Arguments
 ///
-/// * `metric` — code of the country if its signs are in km/h.
-pub(super) fn speeds(named: &[(String, f64)], metric: Option<&str>) -> Vec<Doubt> {
+/// * `metric` — whether signs are in km/h there.
+pub(super) fn speeds(named: &[(String, f64)], metric: bool) -> Vec<Doubt> {
     let all: Vec<f64> = named.iter().map(|(_, mph)| *mph).collect();
     let enough = all.len() >= ENOUGH;
     let (slow, fast) = MEDIAN_MPH;
@@ -153,10 +156,10 @@ pub(super) fn speeds(named: &[(String, f64)], metric: Option<&str>) -> Vec<Doubt
         ))];
     }
     let tens = enough && all.iter().all(|mph| mph % 10.0 == 0.0) && all.contains(&50.0);
-    if let (Some(code), true) = (metric, tens) {
+    if metric && tens {
         return vec![Doubt::whole(format!(
-            "speed_mph: all speeds are multiples of 10, with 50 among them, as on signs in km/h, and the places lie in \
-             {code}; if the column is in km/h, multiply it by {KMH_TO_MPH}"
+            "speed_mph: all speeds are multiples of 10, with 50 among them, as on signs in km/h; if the column is in \
+             km/h, multiply it by {KMH_TO_MPH}"
         ))];
     }
     let rows = |is: &dyn Fn(f64) -> bool| {
