@@ -1,9 +1,7 @@
 //! Reports and estimates over large families: time and memory.
 //!
-//! `cargo bench --bench analysis [-- METHODS POINTS SEEDS]`, without SUMO; prints Markdown. Results directories are made
-//! up: settings and metrics of a published one, scores that depend on features and method, with noise per seed.
-//! `-- METHODS POINTS SEEDS DIR` leaves one there and measures nothing. `--replicates=R` gives all methods but the
-//! baseline so many trainings per point MDP, `--training=N` so many training episodes in each.
+//! `cargo bench --bench analysis`, without SUMO; prints Markdown. Results directories are made up: settings and metrics of
+//! a published one, scores that depend on features and method, with noise per seed.
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark may panic and print")]
 
 use std::fs;
@@ -21,11 +19,8 @@ use tsc_family::store::manifest::{Manifest, PointRow, Task};
 use tsc_family::store::record::{Record, Row, RowKind, TaskResult};
 use tsc_family::store::wall::Wall;
 
-/// Families that are measured unless one is asked for: methods, point MDPs, evaluation seeds.
+/// Families that are measured: methods, point MDPs, evaluation seeds.
 const FAMILIES: [[usize; 3]; 3] = [[12, 1000, 2], [12, 1000, 5], [12, 8_334, 2]];
-
-/// Largest family that estimators are tried on, with few samples; M4's models take minutes on more methods.
-const LARGEST_ESTIMATED: usize = 1000;
 
 /// Published results whose manifest is the model of all.
 const MODEL: &str = "results/salt-lake-city/resco";
@@ -47,65 +42,23 @@ const METRICS: [(&str, f64); 9] = [
 const POLL: Duration = Duration::from_millis(5);
 
 fn main() {
-    let args: Vec<String> = std::env::args().skip(1).collect();
     // `cargo test --benches` builds and starts this too; only `cargo bench` passes `--bench`.
-    if !args.iter().any(|a| a == "--bench") {
+    if !std::env::args().any(|a| a == "--bench") {
         return;
     }
-    let given: Vec<&String> = args.iter().filter(|a| !a.starts_with("--")).collect();
-    let option = |name: &str, usual: usize| {
-        let given = args.iter().find_map(|a| a.strip_prefix(name)?.strip_prefix('='));
-        given.map_or(usual, |value| value.parse().unwrap())
-    };
-    let (replicates, training) = (option("--replicates", 1), option("--training", 0));
-    let size = |given: &[&String]| {
-        let [methods, points, seeds] = [0, 1, 2].map(|i| given[i].parse().unwrap());
-        Size { methods, points, seeds, replicates, training }
-    };
-    match *given {
-        [] => table(&FAMILIES.map(|[methods, points, seeds]| Size {
-            methods,
-            points,
-            seeds,
-            replicates,
-            training,
-        })),
-        [_, _, _] => table(&[size(&given)]),
-        [_, _, _, dir] => make(Path::new(dir), &size(&given)),
-        _ => panic!("give METHODS POINTS SEEDS [DIR], or nothing"),
-    }
-}
-
-/// How large made-up results are.
-struct Size {
-    methods: usize,
-    points: usize,
-    seeds: usize,
-    replicates: usize,
-    training: usize,
-}
-
-fn table(families: &[Size]) {
     println!("### Reports\n");
-    println!("| methods x point MDPs x seeds | tasks | command | s | processor, s | peak, MB |");
-    println!("|---|---|---|---|---|---|");
-    for size @ Size { methods, points, seeds, .. } in families {
+    println!("| methods x point MDPs x seeds | tasks | s | processor, s | peak, MB |");
+    println!("|---|---|---|---|---|");
+    for size @ [methods, points, seeds] in FAMILIES {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path().join("r");
         make(&dir, size);
-        let estimated = (*points <= LARGEST_ESTIMATED).then_some("estimate");
-        for command in std::iter::once("report").chain(estimated) {
-            let mut arguments = vec![command.to_owned(), dir.display().to_string()];
-            if command == "estimate" {
-                let few = ["--repeats", "20", "--estimators", "m1,m2,m3,balanced"];
-                arguments.extend(few.map(str::to_owned));
-            }
-            let Measure { wall_s, processor_s, peak_mb } = measure(&arguments);
-            println!(
-                "| {methods} x {points} x {seeds} | {} | {command} | {wall_s:.1} | {processor_s:.1} | {peak_mb:.0} |",
-                points * (1 + (methods - 1) * size.replicates)
-            );
-        }
+        let Measure { wall_s, processor_s, peak_mb } =
+            measure(&["report".to_owned(), dir.display().to_string()]);
+        println!(
+            "| {methods} x {points} x {seeds} | {} | {wall_s:.1} | {processor_s:.1} | {peak_mb:.0} |",
+            points * methods
+        );
     }
     println!();
 }
@@ -145,18 +98,13 @@ fn measure(arguments: &[String]) -> Measure {
 }
 
 /// Makes up the results of so many methods on so many point MDPs with so many seeds, all of the family.
-fn make(dir: &Path, size: &Size) {
-    let Size { methods, points, seeds, replicates, .. } = *size;
+fn make(dir: &Path, [methods, points, seeds]: [usize; 3]) {
     let model = Path::new(env!("CARGO_MANIFEST_DIR")).join(MODEL);
     let mut manifest = Manifest::read(&Layout::new(model)).unwrap();
     let identity = &mut manifest.identity;
     identity.scenario = format!("made-up-{points}");
     identity.methods = vec![identity.baseline.clone()];
     identity.methods.extend((1..methods).map(|m| format!("method-{m:02}")));
-    if replicates > 1 {
-        identity.replicates = replicates as u32;
-        identity.replicated = identity.methods[1..].to_vec();
-    }
     identity.evaluation_seeds = (0..seeds as u64).collect();
     let rows = &identity.points;
     let made = (0..points).map(|i| {
@@ -202,7 +150,7 @@ fn make(dir: &Path, size: &Size) {
         let point =
             &manifest.identity.points[task.task / (tasks.len() / manifest.identity.points.len())];
         let method = manifest.identity.methods.iter().position(|m| *m == task.method).unwrap();
-        let record = record(task, point, (method, size), &sha256);
+        let record = record(task, point, (method, seeds), &sha256);
         let mut text = serde_json::to_string(&record.summary).unwrap() + "\n";
         for row in &record.rows {
             text += &(serde_json::to_string(row).unwrap() + "\n");
@@ -212,30 +160,11 @@ fn make(dir: &Path, size: &Size) {
 }
 
 /// Makes up the record of a task.
-fn record(task: &Task, point: &PointRow, (method, size): (usize, &Size), sha256: &str) -> Record {
+fn record(task: &Task, point: &PointRow, (method, seeds): (usize, usize), sha256: &str) -> Record {
     let mut rng = ChaCha8Rng::seed_from_u64(task.seed);
     let [lanes, .., inflow, _, _] = point.features[..] else { panic!("six features") };
     let level = 15.0 + inflow / lanes / 8.0;
     let good = 1.0 - 0.04 * method as f64 + 0.1 * rng.random::<f64>();
-    let training: Vec<Row> = (0..size.training * method.min(1))
-        .map(|episode| {
-            let left = 1.0 + (-(episode as f64) / 20.0).exp() * rng.random::<f64>();
-            let metrics = [
-                ("delay_s", level * good * left),
-                ("loss", left - 0.9),
-                ("return", -level * left),
-                ("unfinished_veh", 25.0 * left),
-                ("vehicles_veh", 2025.0),
-                ("waiting_s", 13.0 * left),
-            ];
-            Row {
-                kind: RowKind::Training,
-                episode: episode as u32,
-                seed: seed::training(task.seed, episode as u32),
-                metrics: metrics.iter().map(|(n, v)| ((*n).to_owned(), *v)).collect(),
-            }
-        })
-        .collect();
     let row = |episode: usize| {
         let noise = 0.9 + 0.2 * rng.random::<f64>();
         let metric = |(name, mean): &(&str, f64)| ((*name).to_owned(), mean * noise);
@@ -244,7 +173,7 @@ fn record(task: &Task, point: &PointRow, (method, size): (usize, &Size), sha256:
         let seed = seed::at_point(episode as u64, &point.point);
         Row { kind: RowKind::Evaluation, episode: episode as u32, seed, metrics }
     };
-    let rows = training.into_iter().chain((0..size.seeds).map(row)).collect();
+    let rows = (0..seeds).map(row).collect();
     let wall = Wall { wall_s: 1.0, simulator_s: 0.9, attempts: 1, ..Wall::default() };
     Record::finished(task, sha256, TaskResult { rows, wall, ..TaskResult::default() })
 }

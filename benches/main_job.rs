@@ -1,16 +1,16 @@
-//! The benchmarks of the main job: control overhead, throughput of the family, building networks.
+//! The benchmarks of the main job: control overhead, throughput of the family.
 //!
 //! Run with `make bench`; prints Markdown. What is compared is interleaved in one run, and ratios
 //! are of medians, because machines are shared and noisy.
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark may panic and print")]
 
-use std::path::Path;
-use std::process::Command;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 mod common;
 
-use common::{env, median, network, sumo};
+use common::{env, median, network};
 use tsc_family::traffic::control::{Drive, GreenPhase};
 use tsc_family::traffic::env::SignalEnv;
 use tsc_family::traffic::sim::Sim;
@@ -39,7 +39,6 @@ fn main() {
     let folder = tempfile::tempdir().unwrap();
     control_overhead(folder.path());
     family_throughput(folder.path());
-    building(folder.path());
 }
 
 /// Returns the lowest and the highest value in words.
@@ -142,16 +141,6 @@ fn family_throughput(folder: &Path) {
     println!("\nScaling from one to two workers: {:.2}\n", one / two);
 }
 
-/// Building all networks of Salt Lake City.
-fn building(folder: &Path) {
-    let mut times: Vec<f64> = (0..ROUNDS)
-        .map(|_| tsc_family(folder, "build-networks --force --quiet").as_secs_f64())
-        .collect();
-    let spread = spread(&times);
-    println!("### Building the 164 networks of Salt Lake City\n");
-    println!("Median of {ROUNDS}: {:.2} s ({spread})", median(&mut times));
-}
-
 /// Runs the program and returns its wall-clock time.
 fn tsc_family(folder: &Path, args: &str) -> Duration {
     let start = Instant::now();
@@ -161,5 +150,36 @@ fn tsc_family(folder: &Path, args: &str) -> Duration {
         .status()
         .unwrap();
     assert!(status.success(), "{args}");
+    start.elapsed()
+}
+
+/// Returns the wall-clock time of the plain binary with the same outputs, in `folder/plain.xml`.
+fn sumo(
+    config: &Path,
+    args: &[&str],
+    seed: u64,
+    (begin, end): (u32, u32),
+    folder: &Path,
+) -> Duration {
+    let binary = std::env::var_os("SUMO_HOME")
+        .map(|home| PathBuf::from(home).join("bin/sumo"))
+        .filter(|path| path.exists())
+        .unwrap_or_else(|| "sumo".into());
+    let start = Instant::now();
+    let status = Command::new(binary)
+        .arg("-c")
+        .arg(config)
+        .args(args)
+        .args(["--seed", &seed.to_string()])
+        .args(["--begin", &begin.to_string(), "--end", &end.to_string()])
+        .args(["--step-length", "1", "--time-to-teleport", "-1", "--xml-validation", "never"])
+        .args(["--no-step-log", "true", "--no-warnings", "true", "--duration-log.disable", "true"])
+        .arg("--tripinfo-output")
+        .arg(folder.join("plain.xml"))
+        .args(["--tripinfo-output.write-unfinished", "--tripinfo-output.write-undeparted"])
+        .stdout(Stdio::null())
+        .status()
+        .unwrap();
+    assert!(status.success());
     start.elapsed()
 }

@@ -24,11 +24,8 @@ step "the table of all records, read with polars, pandas and DuckDB"
 scripts/export.sh "$program"
 step "RESCO's scenarios with several signals"
 scripts/resco.sh "$program"
-step "batch systems: Slurm, GNU parallel"
+step "batch systems"
 scripts/cluster.sh "$program"
-step "319 random faults"
-rm -rf "$target/faults"
-python3 scripts/faults "$program" --faults 319 --dir "$target/faults"
 for version in 3.9 3.10 3.11 3.12 3.13; do
     if command -v "python$version" >/dev/null; then
         step "the Python package on Python $version"

@@ -1,8 +1,6 @@
-//! What the benchmarks share: an intersection, the plain `sumo` binary, medians.
+//! What the benchmarks share: an intersection, medians.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 use osm_signals::DrivingSide;
 use tsc_family::traffic::env::{SignalEnv, World};
@@ -52,35 +50,4 @@ pub(crate) fn env(config: &Path, folder: &Path) -> SignalEnv<SumoSim> {
         SimulationSettings::default(),
         folder.to_path_buf(),
     )
-}
-
-/// Returns the wall-clock time of the plain binary with the same outputs, in `folder/plain.xml`.
-pub(crate) fn sumo(
-    config: &Path,
-    args: &[&str],
-    seed: u64,
-    (begin, end): (u32, u32),
-    folder: &Path,
-) -> Duration {
-    let binary = std::env::var_os("SUMO_HOME")
-        .map(|home| PathBuf::from(home).join("bin/sumo"))
-        .filter(|path| path.exists())
-        .unwrap_or_else(|| "sumo".into());
-    let start = Instant::now();
-    let status = Command::new(binary)
-        .arg("-c")
-        .arg(config)
-        .args(args)
-        .args(["--seed", &seed.to_string()])
-        .args(["--begin", &begin.to_string(), "--end", &end.to_string()])
-        .args(["--step-length", "1", "--time-to-teleport", "-1", "--xml-validation", "never"])
-        .args(["--no-step-log", "true", "--no-warnings", "true", "--duration-log.disable", "true"])
-        .arg("--tripinfo-output")
-        .arg(folder.join("plain.xml"))
-        .args(["--tripinfo-output.write-unfinished", "--tripinfo-output.write-undeparted"])
-        .stdout(Stdio::null())
-        .status()
-        .unwrap();
-    assert!(status.success());
-    start.elapsed()
 }

@@ -13,7 +13,7 @@ mod tables;
 pub(crate) type Reader = fn(&[u8]);
 
 /// All readers; the seeds of each are in `seeds/NAME`.
-pub(crate) const READERS: [(&str, Reader); 24] = [
+pub(crate) const READERS: [(&str, Reader); 21] = [
     ("pbf", maps::pbf),
     ("xml", maps::xml),
     ("signals", maps::signals),
@@ -21,7 +21,7 @@ pub(crate) const READERS: [(&str, Reader); 24] = [
     ("boundary", maps::boundary),
     ("points", tables::points),
     ("approaches", tables::approaches),
-    ("turning-counts", tables::turning_counts),
+    ("turning_counts", tables::turning_counts),
     ("utdf", tables::utdf),
     ("existing", tables::existing),
     ("scenario", tables::scenario),
@@ -31,11 +31,8 @@ pub(crate) const READERS: [(&str, Reader); 24] = [
     ("net", sumo::net),
     ("tripinfo", sumo::tripinfo),
     ("demand", sumo::demand),
-    ("index", sumo::index),
     ("record", store::record),
     ("manifest", store::manifest),
-    ("plan", store::plan),
-    ("sample", store::sample),
     ("places", store::places),
     ("archive", models::archive),
 ];

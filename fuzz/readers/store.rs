@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use tsc_family::sample::Design;
 use tsc_family::store::manifest::{Manifest, Task};
 use tsc_family::store::plan::{parse_rows, plan_text};
 use tsc_family::store::record::{Record, Row, TaskResult};
@@ -44,24 +43,6 @@ pub(crate) fn manifest(bytes: &[u8]) {
         for task in &tasks {
             assert!(!task.point.contains('/') && !task.method.contains('/'), "{task:?}");
         }
-    }
-}
-
-/// The tasks of a run.
-pub(crate) fn plan(bytes: &[u8]) {
-    let path = Path::new("plan.jsonl");
-    if let Ok(tasks) = parse_rows(bytes, path) {
-        let text = plan_text(&tasks);
-        assert_eq!(parse_rows(&text, path).expect("it was written"), tasks);
-    }
-}
-
-/// What a sample was spread over.
-pub(crate) fn sample(bytes: &[u8]) {
-    let Ok(text) = std::str::from_utf8(bytes) else { return };
-    if let Ok(design) = serde_json::from_str::<Design>(text) {
-        let read: Design = serde_json::from_slice(&design.to_json()).expect("it was written");
-        assert_eq!(read, design);
     }
 }
 

@@ -1,11 +1,10 @@
-//! Readers of what SUMO reads and writes, and of folders of networks.
+//! Readers of what SUMO reads and writes, .
 
 use std::io::{BufRead, Cursor};
 use std::path::Path;
 
 use tsc_family::files::FileError;
 use tsc_family::traffic::network::demand::DemandSpec;
-use tsc_family::traffic::network::index::Index;
 use tsc_family::traffic::network::net_file::NetFile;
 use tsc_family::traffic::sim::scan::{Scanned, scan};
 use tsc_family::traffic::sim::sumocfg::SumoConfig;
@@ -100,15 +99,4 @@ pub(crate) fn demand(bytes: &[u8]) {
         let names = named(demand.routes_xml(&vehicles).as_bytes());
         assert_eq!(names, Some(Vec::new()), "what SUMO reads names a file: {demand:?}");
     }
-}
-
-/// The index of a folder of networks.
-pub(crate) fn index(bytes: &[u8]) {
-    let folder = Path::new("networks");
-    let Ok(index) = Index::parse(bytes, folder) else { return };
-    for row in index.rows() {
-        let place = Path::new(&row.folder);
-        assert!(place.starts_with("by-hash") && place.components().count() == 2, "{row:?}");
-    }
-    assert_eq!(Index::parse(&index.to_csv(), folder).expect("it was written"), index);
 }

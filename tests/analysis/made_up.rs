@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use tempfile::TempDir;
+use tsc_family::analysis::MethodSummary;
 use tsc_family::domains;
-use tsc_family::report::Report;
+use tsc_family::report::{self, Report, ReportPaths, text};
 use tsc_family::sample::{Draw, SamplePlan, Sampling};
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
@@ -111,6 +113,113 @@ pub(crate) fn write_results(
     }
     fs::write(layout.plan(), plan).unwrap();
     layout
+}
+
+/// The ending of a task with these delays, seconds.
+pub(crate) fn ended(delays_s: &[f64]) -> Option<Ending> {
+    Some(Ok(TaskResult { rows: evaluations(delays_s), ..TaskResult::default() }))
+}
+
+/// The same with another value of a metric, or without it.
+pub(crate) fn measured(delays_s: &[f64], metric: &str, value: Option<f64>) -> Ending {
+    let mut rows = evaluations(delays_s);
+    for row in &mut rows {
+        row.metrics = row.metrics.iter().filter(|(name, _)| *name != metric).map(own).collect();
+        row.metrics.extend(value.map(|value| (metric.to_owned(), value)));
+    }
+    Ok(TaskResult { rows, ..TaskResult::default() })
+}
+
+fn own((name, value): (&String, &f64)) -> (String, f64) {
+    (name.clone(), *value)
+}
+
+/// A report as it was written, whose page and drawings are well-formed.
+pub(crate) struct Written {
+    _folder: Option<TempDir>,
+    pub(crate) layout: Layout,
+    pub(crate) data: Report,
+    pub(crate) paths: ReportPaths,
+    pub(crate) html: String,
+}
+
+/// Writes the report on a results directory without further files.
+pub(crate) fn written(manifest: &Manifest, ending: impl Fn(&Task) -> Option<Ending>) -> Written {
+    Written::new(manifest, &[], ending)
+}
+
+impl Written {
+    pub(crate) fn new(
+        manifest: &Manifest,
+        files: &[(&str, String)],
+        ending: impl Fn(&Task) -> Option<Ending>,
+    ) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let layout = write_results(folder.path(), manifest, ending);
+        files.iter().for_each(|(name, text)| fs::write(folder.path().join(name), text).unwrap());
+        let data = reported(&layout);
+        Self { _folder: Some(folder), ..Self::of(layout, data) }
+    }
+
+    fn of(layout: Layout, data: Report) -> Self {
+        let paths = report::write(&layout, &data).unwrap();
+        let html = fs::read_to_string(&paths.html).unwrap();
+        // The two elements that HTML leaves open.
+        let page = html.replace("utf-8\">", "utf-8\"/>").replace("scale=1\">", "scale=1\"/>");
+        well_formed(&page.replace("<!DOCTYPE html>", ""));
+        well_linked(&html);
+        assert!(!html.contains("NaN"), "a number is none");
+        paths.figures.iter().for_each(|path| well_formed(&fs::read_to_string(path).unwrap()));
+        Self { _folder: None, layout, data, paths, html }
+    }
+
+    /// Writes another report on the same records, which lasts as long as this one.
+    pub(crate) fn rewritten(&self, data: Report) -> Self {
+        Self::of(Layout::new(self.layout.root()), data)
+    }
+
+    pub(crate) fn write_again(&self) {
+        report::write(&self.layout, &reported(&self.layout)).unwrap();
+    }
+
+    /// A file of the report.
+    pub(crate) fn file(&self, name: &str) -> String {
+        let path = self.paths.html.with_file_name(name);
+        fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    pub(crate) fn rows(&self, name: &str) -> Vec<BTreeMap<String, String>> {
+        let text = self.file(name);
+        csv::Reader::from_reader(text.as_bytes()).deserialize().map(Result::unwrap).collect()
+    }
+
+    pub(crate) fn words(&self) -> String {
+        words(&self.html)
+    }
+
+    /// The words before the ranking.
+    pub(crate) fn first(&self) -> String {
+        self.words().split_once("\nRanking\n").unwrap().0.to_owned()
+    }
+
+    /// The words from one heading to another; the links above the page have the same words.
+    pub(crate) fn section(&self, from: &str, until: &str) -> String {
+        let words = self.words();
+        let (_, rest) = words.rsplit_once(&format!("\n{from}\n")).unwrap();
+        rest.split_once(&format!("\n{until}\n")).unwrap().0.to_owned()
+    }
+
+    pub(crate) fn notes(&self) -> String {
+        text::notes(&self.data).join("\n")
+    }
+
+    pub(crate) fn title(&self) -> String {
+        self.html.split_once("<h1>").unwrap().1.split_once("</h1>").unwrap().0.to_owned()
+    }
+
+    pub(crate) fn method(&self, name: &str) -> &MethodSummary {
+        self.data.methods.iter().find(|m| m.method == name).unwrap()
+    }
 }
 
 /// The report on a results directory.

@@ -205,77 +205,6 @@ fn a_list_and_counts_have_sections_of_their_own() {
     assert_eq!(list.lines().filter(repeated).count(), 51);
 }
 
-/// Fails unless the page of a family says all of the first and nothing of the second.
-fn check(quality: &Quality, said: &[&str], unsaid: &[&str]) {
-    let words = words(&page(quality));
-    for sentence in said {
-        assert!(words.contains(sentence), "{sentence}: {words}");
-    }
-    for sentence in unsaid {
-        assert!(!words.contains(sentence), "{sentence}: {words}");
-    }
-}
-
-#[test]
-fn counts_are_asked_for_where_few_match_or_those_of_another_area_are_given() {
-    let counted = |matched, provenance: &[Provenance]| {
-        let counts = CountsSummary { matched, spread: 0, ..listed().counts.unwrap() };
-        Quality { counts: Some(counts), provenance: provenance.to_vec(), ..plain() }
-    };
-    let other_area = counted(0, &[rests_on("turn_lanes", 0.0, 0.0), rests_on("inflow", 0.0, 0.0)]);
-    let said = ["none of the 70 counts lies along an approach", "None of the 70 counts matches an"];
-    check(&other_area, &said, &[]);
-    let few = counted(8, &[rests_on("speed", 0.5, 0.5), rests_on("inflow", 0.25, 0.5)]);
-    let unsaid = ["Inflows are defaults on", "counts matches an"];
-    check(&few, &["75% of the approaches have no count of their own"], &unsaid);
-}
-
-#[test]
-fn the_weakest_feature_is_the_one_with_the_fewest_known_values() {
-    let known = |provenance: &[Provenance]| Quality {
-        provenance: provenance.to_vec(),
-        cut_approaches: 3,
-        ..plain()
-    };
-    for (feature, what) in [
-        ("speed", "96% of the approaches have no speed limit in the map"),
-        ("lanes", "96% of the approaches have none in the map"),
-        ("turn_lanes", "96% of the approaches have no turn:lanes"),
-        ("length", "the extract cuts 3 of 8 approaches"),
-    ] {
-        check(&known(&[rests_on("inflow", 0.5, 0.5), rests_on(feature, 0.04, 0.5)]), &[what], &[]);
-    }
-    let all = "Every feature is known for at least 95% of the approaches.";
-    check(&known(&[rests_on("inflow", 0.96, 0.04)]), &[all], &["Inflows are defaults on"]);
-}
-
-#[test]
-fn listed_signals_are_what_counts_when_there_is_a_list() {
-    let matched = Some(("a", 4.0, false));
-    let listed = vec![row(2, matched), row(3, matched), row(4, None)];
-    let said = [
-        "2 intersections and 2 point MDPs from 3 listed signals",
-        "2 of 3 listed signals (67%) have an intersection in the extract; at 2 of them the map has no signal.",
-        "1 of 3 listed signals have no intersection (33%)",
-    ];
-    check(&Quality { listed, ..plain() }, &said, &["became no intersection"]);
-}
-
-#[test]
-fn signals_left_out_on_purpose_and_few_cut_approaches_are_no_warning() {
-    let left_out = |reason, signals| Quality {
-        skipped: vec![skip(Skip::OutsideBoundary, 90, &[]), skip(reason, signals, &[])],
-        signals_used: 10,
-        approaches: 32,
-        cut_approaches: 3,
-        ..plain()
-    };
-    let unsaid = ["became no intersection", "The extract cuts 3 of 32 approaches ("];
-    check(&left_out(Skip::Roundabout, 2), &[], &unsaid);
-    check(&left_out(Skip::Border, 4), &["4 of 14 signals became no intersection (29%)"], &[]);
-    check(&Quality { point_mdps: 1, ..plain() }, &["One point MDP is no family"], &[]);
-}
-
 #[test]
 fn the_page_is_well_formed_and_loads_nothing() {
     for quality in [plain(), listed()] {
@@ -290,17 +219,6 @@ fn the_page_is_well_formed_and_loads_nothing() {
 }
 
 #[test]
-fn the_map_has_a_path_per_class_of_street_and_per_reason() {
-    let page = page(&plain());
-    let (_, map) = page.split_once("map-figure-desc\"").unwrap();
-    // Two classes, one reason, the frame and the cross of the legend.
-    assert_eq!(map.split("</svg>").next().unwrap().matches("<path").count(), 5);
-    assert!(map.contains("n1: &lt;script&gt;A&lt;/script&gt; &amp; B / C; 4 arms; 50% known"));
-    assert!(map.contains("n2: streets without a name; 4 arms; 0% known"));
-    assert!(map.contains("Minor streets are left out."));
-}
-
-#[test]
 fn the_data_are_beside_the_page() {
     let dir = tempfile::tempdir().unwrap();
     write_quality(dir.path(), &plain(), &drawing()).unwrap();
@@ -308,14 +226,4 @@ fn the_data_are_beside_the_page() {
     let value: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(value["skipped"][0]["reason"], "border");
     assert_eq!(value["spots"].as_array().unwrap().len(), 2);
-}
-
-#[test]
-fn without_a_frame_there_is_no_map_and_without_oddities_nothing_was_ignored() {
-    let dir = tempfile::tempdir().unwrap();
-    let quality = Quality { ignored: Oddities::default(), ..plain() };
-    let path = write_quality(dir.path(), &quality, &Drawing::default()).unwrap();
-    let page = fs::read_to_string(path).unwrap();
-    assert!(!page.contains("id=\"places\"") && !page.contains("href=\"#places\""));
-    assert!(page.contains("Nothing: every value of the extract that matters could be used."));
 }

@@ -2,19 +2,20 @@
 //! every code block true.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+mod blocks;
+mod circles;
 #[path = "../common/nightly.rs"]
 mod nightly;
 mod pages;
+#[cfg(feature = "libsumo")]
+mod play;
 mod settings_page;
 mod snippets;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pages::{Page, markdown, normal};
-
-/// Most lines of the README: two screens, and the table of pages.
-const MAX_README_LINES: usize = 138;
 
 /// Returns what is wrong with a link of a page, if anything is.
 fn dead(page: &Page, target: &str, pages: &BTreeMap<PathBuf, Page>) -> Option<String> {
@@ -76,40 +77,4 @@ fn every_page_is_within_reach_of_the_readme() {
     }
     let lost: Vec<_> = pages.keys().filter(|path| !reached.contains(*path)).collect();
     assert!(lost.is_empty(), "no way from the README to {lost:?}");
-}
-
-#[test]
-fn the_readme_stays_short() {
-    let pages = markdown();
-    let text = &pages[Path::new("README.md")].text;
-    let comments: usize = text
-        .split("<!--")
-        .skip(1)
-        .map(|rest| rest.split("-->").next().unwrap().lines().count())
-        .sum();
-    let lines = text.lines().count() - comments;
-    assert!(lines <= MAX_README_LINES, "README.md has {lines} lines: the rest belongs to docs/");
-}
-
-#[test]
-fn every_page_of_docs_is_listed_in_the_readme_with_its_reader() {
-    let readme = &markdown()[Path::new("README.md")];
-    for (path, page) in markdown() {
-        if path.starts_with("docs") {
-            let link = path.display().to_string();
-            let row = readme.text.lines().find(|l| l.starts_with('|') && l.contains(&link));
-            assert!(row.is_some(), "README.md has no row for {link}");
-            assert!(page.text.starts_with("# "), "{link} does not start with its title");
-        }
-    }
-}
-
-#[test]
-fn a_dead_link_and_a_dead_anchor_are_found() {
-    let text =
-        "# A title\n[a](README.md) [b](none.md) [c](#a-title) [d](#none) ![e](x.svg) [f](odd:x)\n";
-    let page = Page::read(PathBuf::from("made-up.md"), text.to_owned());
-    let pages = BTreeMap::from([(page.path.clone(), page.clone())]);
-    let found: Vec<_> = page.links.iter().map(|l| dead(&page, l, &pages).is_some()).collect();
-    assert_eq!(found, [false, true, false, true, true, true]);
 }

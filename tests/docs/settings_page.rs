@@ -54,24 +54,3 @@ fn the_page_of_settings_says_what_they_are() {
     let line = line.unwrap_or(page.lines().count().min(expected.lines().count())) + 1;
     assert!(page == expected, "{PAGE}, line {line}, is not what the settings are declared as");
 }
-
-#[test]
-fn a_setting_that_is_a_word_says_which_words_there_are() {
-    let (signals, cart, pendulum) =
-        (defaults(), cartpole::Scenario::default(), pendulum::Scenario::default());
-    let mut words = 0;
-    for (section, settings) in
-        signals.sections().into_iter().chain(cart.sections()).chain(pendulum.sections())
-    {
-        for setting in settings.table() {
-            let default = (setting.default)();
-            let Some(word) = default.strip_prefix('"').and_then(|d| d.strip_suffix('"')) else {
-                continue;
-            };
-            let (name, summary) = (setting.name, setting.summary());
-            assert!(summary.contains(&format!("`{word}`")), "{section}.{name}: {summary}");
-            words += 1;
-        }
-    }
-    assert!(words >= 8, "{words}");
-}

@@ -8,5 +8,4 @@ mod xml;
 mod network_build;
 mod osm_city;
 mod osm_mirrored;
-mod osm_salt_lake_city;
 mod per_approach_sample;

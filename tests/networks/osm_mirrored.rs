@@ -1,11 +1,9 @@
-//! Left-hand traffic is read exactly as the mirror image of right-hand traffic: all hand-written
-//! extracts, and those of real cities where they are there.
+//! Left-hand traffic is read exactly as the mirror image of right-hand traffic, on all hand-written extracts.
 
 use std::fs;
-use std::io::{Read, Write};
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::PathBuf;
 
-use flate2::read::MultiGzDecoder;
 use osm_signals::DrivingSide;
 use osm_signals::extract::Extract;
 use osm_signals::mirror::mirrored_extract;
@@ -16,9 +14,6 @@ use tsc_family::traffic::city::config::CityConfig;
 use tsc_family::traffic::city::sites::City;
 use tsc_family::traffic::city::table::approaches;
 use tsc_family::traffic::family::approaches::Approach;
-
-/// Where larger extracts are, if they are.
-const EXTRACTS: &str = "../shared/data/osm";
 
 fn nothing(_: u64, _: u64) {}
 
@@ -142,36 +137,4 @@ fn on_the_wrong_side_many_cases_are_read_wrong() {
         })
         .collect();
     assert!(wrong.len() >= 6, "{wrong:?}");
-}
-
-#[test]
-fn real_cities_are_read_in_the_mirror_as_their_mirror_image() {
-    let mut files: Vec<PathBuf> = match fs::read_dir(EXTRACTS) {
-        Ok(folder) => folder.map(|entry| entry.unwrap().path()).collect(),
-        Err(_) => {
-            writeln!(std::io::stderr(), "skipped: no extracts of cities in {EXTRACTS}").unwrap();
-            return;
-        }
-    };
-    files.sort();
-    let settings = Settings::default();
-    for file in files.iter().filter(|f| f.to_string_lossy().contains(".osm")) {
-        let name = file.file_name().unwrap().to_string_lossy().into_owned();
-        let (extract, mirror) = both(file);
-        let intersections = assert_mirrored(&name, &extract, &mirror, &settings);
-        eprintln!("{name}: {intersections} intersections");
-    }
-}
-
-/// Reads an extract and its mirror image, which is made of its text where it is text.
-fn both(file: &Path) -> (Extract, Extract) {
-    let extract = read(file, &nothing).unwrap();
-    if file.extension().is_some_and(|e| e == "gz") {
-        let mut text = String::new();
-        MultiGzDecoder::new(fs::File::open(file).unwrap()).read_to_string(&mut text).unwrap();
-        let mirror = of_text(&crate::xml::mirrored(&text));
-        return (extract, mirror);
-    }
-    let mirror = mirrored_extract(&extract);
-    (extract, mirror)
 }

@@ -62,26 +62,6 @@ fn a_table_of_own_points_is_evaluated() {
 }
 
 #[test]
-fn what_has_no_effect_is_refused() {
-    let dir = tempfile::tempdir().unwrap();
-    for (flag, words) in [
-        (["--sumocfg", "a.sumocfg"].as_slice(), "--sumocfg has no effect on cartpole"),
-        (
-            &["--episodes", "3"],
-            "--episodes has no effect on cartpole: its methods have settings of their own for that",
-        ),
-        (&["--networks", "n"], "--networks has no effect on cartpole: it has no networks"),
-    ] {
-        let output = command(&[&["run", "cartpole"], flag].concat(), dir.path());
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(!output.status.success() && said.contains(words), "{said}");
-    }
-    let output = command(&["run", "cartpole", "--methods", "idqn"], dir.path());
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success() && said.contains("ppo, dqn"), "{said}");
-}
-
-#[test]
 fn the_family_is_listed() {
     let dir = tempfile::tempdir().unwrap();
     let said = |args: &[&str]| {

@@ -1,9 +1,8 @@
 //! `tsc-family evaluate`: what it refuses, word by word.
 
 use std::fs;
-use std::path::Path;
 
-use crate::common::{run, stderr, stdout};
+use crate::folder::Folder;
 use serde_json::{Value, json};
 use tsc_family::nn::archive::Archive;
 use tsc_family::run::checkpoint::FORMAT_VERSION;
@@ -39,18 +38,11 @@ fn with(mut archive: Archive, key: &str, value: Value) -> Archive {
 
 /// Writes a file `m.safetensors`, evaluates it, and returns what is wrong with it.
 fn refusal(bytes: &[u8]) -> String {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("m.safetensors"), bytes).unwrap();
-    refused(folder.path(), "evaluate --model m.safetensors --point busy smoke")
-}
-
-fn refused(folder: &Path, args: &str) -> String {
-    let output = run(folder, args);
-    assert_eq!(output.status.code(), Some(2), "{args}: {}", stderr(&output));
-    assert!(stdout(&output).is_empty(), "{args}");
-    let built = folder.join("networks").exists();
-    assert!(!built, "nothing is built for a model that cannot be used");
-    stderr(&output)
+    let folder = Folder::new();
+    fs::write(folder.join("m.safetensors"), bytes).unwrap();
+    let said = folder.says(2, "evaluate --model m.safetensors --point busy smoke");
+    assert!(!folder.has("networks"), "nothing is built for a model that cannot be used");
+    said
 }
 
 #[test]
@@ -85,20 +77,4 @@ fn a_file_that_is_no_usable_model_is_refused_with_its_name() {
     insta::with_settings!({filters => vec![("known are .*", "known are ...")]}, {
         insta::assert_snapshot!("refused_models", text);
     });
-}
-
-#[test]
-fn a_model_that_does_not_exist_is_a_usage_error() {
-    let folder = tempfile::tempdir().unwrap();
-    let text = refused(folder.path(), "evaluate --model nowhere.safetensors --point busy smoke");
-    assert!(text.contains("nowhere.safetensors: does not exist; give a file of"), "{text}");
-}
-
-#[test]
-fn a_point_or_a_scenario_is_needed_and_not_both() {
-    let folder = tempfile::tempdir().unwrap();
-    let text = refused(folder.path(), "evaluate --model m");
-    assert!(text.contains("<--point <ID,...>|--budget <N|all>|--sumocfg <FILE>>"), "{text}");
-    let text = refused(folder.path(), "evaluate --model m --point busy --sumocfg a.sumocfg");
-    assert!(text.contains("cannot be used with"), "{text}");
 }

@@ -1,6 +1,6 @@
 //! Every word of the help is a snapshot.
 
-use crate::common::{run, stdout, succeed};
+use crate::common::succeed;
 
 fn help(args: &str) -> String {
     succeed(&std::env::temp_dir(), args)
@@ -27,11 +27,4 @@ fn the_help_of_every_command_stays_as_it_is() {
     ] {
         insta::assert_snapshot!(name, help(args));
     }
-}
-
-#[test]
-fn a_wrong_option_is_a_usage_error() {
-    let output = run(&std::env::temp_dir(), "run --bugdet 3");
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stdout(&output).is_empty());
 }

@@ -66,24 +66,3 @@ fn without_mujoco_a_run_says_what_to_install_and_a_list_needs_none() {
         assert_eq!(code, Some(0), "{text}");
     }
 }
-
-#[test]
-fn what_a_task_cannot_have_is_refused_with_the_way_out() {
-    let dir = tempfile::tempdir().unwrap();
-    let refused = |args: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_tsc-family"));
-        let output = command.args(args).current_dir(dir.path()).output().unwrap();
-        assert!(!output.status.success());
-        String::from_utf8_lossy(&output.stderr).into_owned()
-    };
-    let said = refused(&["run", "pendulum", "--methods", "dqn"]);
-    assert!(said.contains("ppo, sac, td3, trpo, ars"), "{said}");
-    let said = refused(&["run", "quad", "--set", "environment.tilt_chek=false"]);
-    assert!(said.contains("did you mean environment.tilt_check?"), "{said}");
-    fs::write(dir.path().join("q.csv"), "point,instances,lower_wall_m,upper_wall_m\na,1,1,1.5\n")
-        .unwrap();
-    fs::write(dir.path().join("q.toml"), "domain = \"quad\"\nfamily.points = \"q.csv\"\n").unwrap();
-    let said = refused(&["run", "q.toml"]);
-    let expected = "upper_wall_m of a is 1.5: expected more than 0.8 m above lower_wall_m";
-    assert!(said.contains("q.csv") && said.contains(expected), "{said}");
-}

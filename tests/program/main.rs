@@ -4,12 +4,11 @@
 #[path = "../common/mod.rs"]
 mod common;
 #[cfg(feature = "libsumo")]
-#[path = "../libsumo_fixture/mod.rs"]
+#[path = "../libsumo/fixture.rs"]
 mod fixture;
 #[cfg(feature = "libsumo")]
 #[path = "../common/nightly.rs"]
 mod nightly;
-mod quick;
 
 mod adding;
 #[cfg(feature = "libsumo")]
@@ -24,8 +23,6 @@ mod cli_learn;
 mod cli_list;
 mod cli_osm;
 #[cfg(feature = "libsumo")]
-mod cli_refused;
-#[cfg(feature = "libsumo")]
 mod cli_routes;
 #[cfg(feature = "libsumo")]
 mod cli_run;
@@ -36,16 +33,12 @@ mod completions;
 mod control_tasks_run;
 #[cfg(feature = "libsumo")]
 mod faults;
+mod folder;
 mod growth;
 #[cfg(feature = "libsumo")]
-mod imported_files;
+mod imported;
 #[cfg(feature = "libsumo")]
 mod imported_networks;
-#[cfg(feature = "libsumo")]
-mod imported_obstacles;
-mod links;
-mod machine_limits;
-mod numbers;
 #[cfg(feature = "libsumo")]
 mod osm_simulate;
 mod outcomes;
@@ -55,11 +48,9 @@ mod own_controllers;
 mod plain_sumo;
 #[cfg(feature = "libsumo")]
 mod plans_sumo;
+#[cfg(feature = "libsumo")]
+mod refusals;
 mod report_links;
 #[cfg(feature = "libsumo")]
 mod several_signals;
-mod strange_files;
-#[cfg(feature = "libsumo")]
-mod strangers;
-mod terminal;
 mod wrong_inputs;

@@ -101,6 +101,10 @@ mod tests {
         drop(over);
         thread::sleep(2 * limit);
         assert!(said.try_recv().is_err());
+
+        let (say, said) = channel();
+        let _dog = Watchdog::start(limit, |_| {}, move |_| say.send(()).unwrap()).unwrap();
+        assert_eq!(said.recv_timeout(Duration::from_secs(20)), Ok(()));
     }
 
     #[test]
