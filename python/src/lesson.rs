@@ -17,7 +17,7 @@ use tsc_family::traffic::control::{
 
 use crate::answer::choose;
 use crate::error::{explained, raised};
-use crate::fork::Guard;
+use crate::object::Guard;
 use crate::observation::{Frame, PyObservation};
 use crate::signals::{PySignal, Sizes, signals};
 use crate::view;
@@ -300,9 +300,9 @@ pub(crate) fn teach(
         seen: Mutex::default(),
         frame: Mutex::default(),
         decisions: trainer.decisions_per_episode(),
-        guard: Guard::new().map_err(|e| own(format!("no file for temporary data: {e}")))?,
+        guard: Guard::new(),
     };
-    let guard = Guard::new().map_err(|e| own(format!("no file for temporary data: {e}")))?;
+    let guard = Guard::new();
     let work = move || {
         Python::attach(|py| {
             let lesson = Py::new(py, lesson).map_err(|e| explained(py, &e))?;

@@ -7,7 +7,6 @@ mod command;
 mod controller;
 mod error;
 mod family;
-mod fork;
 mod host;
 mod lesson;
 mod object;
@@ -29,8 +28,6 @@ mod _native {
     use super::error::Error;
     #[pymodule_export]
     use super::family::{difference, estimate, family, sample};
-    #[pymodule_export]
-    use super::fork::forked;
     #[pymodule_export]
     use super::host::stack_in;
     #[pymodule_export]

@@ -1,29 +1,29 @@
 //! An object of a class in Python, and calls of its methods.
 
+use std::path::PathBuf;
+
 use pyo3::prelude::*;
+use rustix::process::{Pid, Signal, getpid, kill_process};
 use tsc_family::traffic::control::Setup;
 
 use crate::error::explained;
-use crate::fork::Guard;
 
 /// An object of a class, or why there is none: one that cannot be made says so when it is called.
 pub(crate) struct Object {
     made: Result<Py<PyAny>, String>,
-    guard: Option<Guard>,
+    guard: Guard,
 }
 
 impl Object {
     /// Makes an object of a class.
     pub(crate) fn new(class: &Py<PyAny>, setup: &Setup) -> Self {
-        let guard = Guard::new().map_err(|e| format!("no file for temporary data: {e}"));
-        let made = guard.as_ref().map_err(Clone::clone).and_then(|guard| {
-            Python::attach(|py| {
-                let made = class.bind(py).call_method1("create", (setup.seed,));
-                guard.check("__init__")?;
-                made.map(Bound::unbind).map_err(|e| explained(py, &e))
-            })
+        let guard = Guard::new();
+        let made = Python::attach(|py| {
+            let made = class.bind(py).call_method1("create", (setup.seed,));
+            guard.check("__init__")?;
+            made.map(Bound::unbind).map_err(|e| explained(py, &e))
         });
-        Self { made, guard: guard.ok() }
+        Self { made, guard }
     }
 
     /// Returns the object.
@@ -52,10 +52,41 @@ impl Object {
         let object = self.get()?;
         Python::attach(|py| {
             let result = call(object.bind(py));
-            if let Some(guard) = &self.guard {
-                guard.check(method)?;
-            }
+            self.guard.check(method)?;
             result.map_err(|e| explained(py, &e))
         })
+    }
+}
+
+/// Notices what a class's code did to its process.
+#[derive(Debug)]
+pub(crate) struct Guard {
+    pid: Pid,
+    /// The working folder; `None` where it cannot be told.
+    folder: Option<PathBuf>,
+}
+
+impl Guard {
+    /// Returns a guard of this process.
+    pub(crate) fn new() -> Self {
+        Self { pid: getpid(), folder: std::env::current_dir().ok() }
+    }
+
+    /// Ends a process that the code was forked into: it would answer for this one.
+    ///
+    /// # Errors
+    ///
+    /// That the working folder is another one, where the run would not find its files.
+    pub(crate) fn check(&self, method: &str) -> Result<(), String> {
+        if getpid() != self.pid {
+            let _ = kill_process(getpid(), Signal::KILL);
+        }
+        if self.folder.is_none() || std::env::current_dir().ok() == self.folder {
+            return Ok(());
+        }
+        Err(format!(
+            "{method}() changed the working folder, so that the run would not find its files; use paths that begin at \
+             os.path.dirname(os.path.abspath(__file__)), or change back within {method}()"
+        ))
     }
 }

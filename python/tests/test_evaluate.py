@@ -453,29 +453,6 @@ def test_an_error_is_held_back_wherever_a_text_is_cut():
         assert stream.getvalue() == text
 
 
-def test_trainings_can_be_looked_at_in_tensorboard(evaluated, tmp_path):
-    from tsc_family import _tensorboard
-
-    # The check value of CRC-32C, masked as records have it.
-    crc = 0xE3069283
-    assert _tensorboard._checksum(b"123456789") == ((crc >> 15 | crc << 17) + 0xA282EAD8 & 0xFFFFFFFF).to_bytes(4, "little")
-    _, done = evaluated(LEARNER)
-    assert done.returncode == 0, done.stderr
-    files = tf.Result(tmp_path / "out").tensorboard(tmp_path / "events")
-    assert len(files) == 2 and files[0].relative_to(tmp_path / "events").parts[0] == "mine"
-    assert files[0].read_bytes() == tf.Result(tmp_path / "out").tensorboard(tmp_path / "again")[0].read_bytes()
-    reader = pytest.importorskip("tensorboard.backend.event_processing.event_accumulator")
-    for file in files:
-        events = reader.EventAccumulator(str(file.parent))
-        events.Reload()
-        assert {"training/delay_s", "training/tried"} <= set(events.Tags()["scalars"])
-        assert [(event.step, event.value) for event in events.Scalars("training/tried")] == [(0, 0.0), (1, 1.0)]
-    with pytest.raises(tf.Error, match="no episodes of training"):
-        (tmp_path / "plain.py").write_text("import tsc_family as tf\nclass Plain(tf.Controller):\n    def act(self, obs): return [0]\n")
-        tf.evaluate("plain=" + str(tmp_path / "plain.py") + ":Plain", "smoke", eval_seeds=1, settings={"demand.horizon_s": 60},
-                    out=tmp_path / "plain", quiet=True).tensorboard(tmp_path / "none")  # fmt: skip
-
-
 def test_every_other_command_can_be_run(capfd):
     assert tf.run(["list", "smoke"]) == 0
     assert "busy" in capfd.readouterr().out

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import csv
-import json
 import re
 import sys
-import tempfile
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from os import fspath
@@ -15,7 +13,7 @@ from typing import Any, Union
 
 import numpy as np
 
-from . import _host, _tensorboard
+from . import _host
 from ._command import INCOMPLETE, SOME_FAILED, call, error_of
 from ._controller import Controller, arguments_of, name_of
 from ._family import Settings, flags
@@ -58,20 +56,6 @@ class Result:
     def report(self) -> Path:
         """Returns the path of the page with all figures, for a browser."""
         return self._written("index.html")
-
-    def tensorboard(self, folder: PathLike) -> list[Path]:
-        """Writes an event file of TensorBoard per training into a folder, and returns the files.
-
-        They have every metric of the episodes of training and validation. Look at them with ``tensorboard --logdir FOLDER``.
-        """
-        with tempfile.TemporaryDirectory() as scratch:
-            table = Path(scratch) / "records.csv"
-            _output(["export", fspath(self.folder), "--format", "csv", "--out", str(table)])
-            identity = json.loads((self.folder / "manifest.json").read_text(encoding="utf-8"))["identity"]
-            files = _tensorboard.write(table, len(identity["features"]), Path(fspath(folder)))
-        if not files:
-            raise Error(f"{self.folder} has no episodes of training: no method of it learns or tunes itself")
-        return files
 
     def _written(self, name: str) -> Path:
         path = self.folder / "report" / name

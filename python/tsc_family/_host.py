@@ -256,13 +256,12 @@ def _versions() -> dict[str, str]:
 
 
 def _watch() -> None:
-    """Lets the interpreter say where it is when it is asked by a signal, and counts forks."""
+    """Lets the interpreter say where it is when it is asked by a signal."""
     if not _watch.done:  # type: ignore[attr-defined]
         stacks = tempfile.TemporaryFile()
         faulthandler.register(signal.SIGUSR2, file=stacks, all_threads=True)
         _watch.stacks = stacks  # type: ignore[attr-defined]
         _native.stack_in(stacks.fileno())
-        os.register_at_fork(after_in_parent=_native.forked)
         _watch.done = True  # type: ignore[attr-defined]
 
 

@@ -193,8 +193,6 @@ def difference(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str,
 def estimate(given: Mapping[str, Any], plan: str, measured: Mapping[str, Any]) -> dict[str, Any]:
     """Returns the estimate of a method's overall performance over a family."""
 
-def forked() -> None:
-    """Counts a fork; called in the process that has forked."""
 
 def stack_in(file: int) -> None:
     """Says that the interpreter writes where it is into this open file when it gets USR2."""
