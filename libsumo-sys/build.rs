@@ -17,6 +17,8 @@ const DEBIAN_HEADERS: &str = "/usr/include";
 const DEBIAN_MODULES: &str = "/usr/lib/python3/dist-packages/libsumo";
 /// File name of that module up to the Python version, as in `_libsumo.cpython-311-x86_64-...`.
 const DEBIAN_MODULE: &str = "_libsumo.cpython-";
+/// A function of libsumo whose texts are laid out as before C++11, as in the wheel of SUMO 1.15.
+const OLD_TEXTS: &[u8] = b"_ZN7libsumo10Simulation5closeERKSs";
 
 /// A libsumo that can be linked to.
 struct Found {
@@ -38,7 +40,7 @@ fn main() {
         panic!(
             "libsumo was not found. There are three ways out:\n\
              1. Debian or Ubuntu: `apt-get install sumo libpython3-dev`;\n\
-             2. `pip install eclipse-sumo`, then set SUMO_HOME to the folder `sumo` in \
+             2. `pip install eclipse-sumo==1.15.0`, then set SUMO_HOME to the folder `sumo` in \
              site-packages, which has `include` and `lib64/{LIBRARY}`;\n\
              3. set SUMO_INCLUDE_DIR to the folder above `libsumo/libsumo.h` and SUMO_LIB_DIR to \
              the folder of {LIBRARY}.\n\
@@ -114,6 +116,12 @@ fn python_of(library: &Path) -> Option<String> {
     Some(format!("{major}.{minor}"))
 }
 
+/// Whether a library takes C++ texts as compilers before C++11 laid them out.
+fn has_old_texts(library: &Path) -> bool {
+    let bytes = fs::read(library).expect("the library was found");
+    bytes.windows(OLD_TEXTS.len()).any(|name| name == OLD_TEXTS)
+}
+
 fn compile_shim(found: &Found, shim: &Path) {
     let folder = found.library.parent().expect("a library lies in a folder");
     let name = found.library.file_name().expect("a library has a name").to_string_lossy();
@@ -132,6 +140,9 @@ fn compile_shim(found: &Found, shim: &Path) {
     // The compiler's own search path would come before an explicit -I for headers in it.
     if found.include != Path::new(DEBIAN_HEADERS) {
         command.arg("-I").arg(&found.include);
+    }
+    if has_old_texts(&found.library) {
+        command.arg("-D_GLIBCXX_USE_CXX11_ABI=0");
     }
     if let Some(version) = python_of(&found.library) {
         // The module leaves Python's symbols to the interpreter, which is not there; the shim

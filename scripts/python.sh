@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Builds the Python package against the eclipse-sumo wheel, installs it with SUMO into a fresh virtual environment, and
-# uses it there as its README says: the smoke scenario with the installed command, the example of a controller, the tests.
+# uses it there as its README says: the example of a controller, the smoke scenario, the tests. The records of smoke have to
+# equal those of PROGRAM, which simulates with Debian's SUMO.
 #
-#   scripts/python.sh          PYTHON=python3.12 scripts/python.sh
+#   scripts/python.sh [PROGRAM]          PYTHON=python3.12 scripts/python.sh
 #   scripts/python.sh --prepare   only installs what the build needs
 #
 # It is compiled in target/wheel, or in WHEEL_TARGET_DIR: where that is the folder of other builds, crates are compiled once
@@ -13,7 +14,7 @@ cd "$(dirname "$0")/.."
 python=${PYTHON:-python3}
 # Absolute: what builds works in other folders.
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
-sumo=$(sed -n 's/^requires = .*"\(eclipse-sumo==[0-9.]*\)".*/\1/p' python/pyproject.toml)
+sumo=$(sed -n 's/^requires = .*"\(eclipse-sumo==[0-9.]*\).*/\1/p' python/pyproject.toml)
 maturin=$(sed -n 's/^requires = .*"\(maturin[^"]*\)".*/\1/p' python/pyproject.toml)
 
 step() { printf '\n--- %s (%s s)\n' "$1" "$SECONDS"; }
@@ -29,14 +30,13 @@ fi
 SUMO_HOME=$("$build/bin/python" -c 'import importlib.metadata as m; print(m.distribution("eclipse-sumo").locate_file("sumo"))')
 SUMO_HOME=$SUMO_HOME scripts/setup.sh
 [ "${1:-}" != --prepare ] || exit 0
+program=${1:-}
 
 step "the wheel"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-# What it does is tried here, not how fast.
-MATURIN_PEP517_ARGS="--profile=quick" \
-    CARGO_TARGET_DIR=$(realpath -m "${WHEEL_TARGET_DIR:-$target/wheel}") PATH="$build/bin:$PATH" "$build/bin/pip" wheel --quiet --no-deps \
-    --no-build-isolation --wheel-dir "$work/wheel" ./python
+SUMO_HOME="" CARGO_TARGET_DIR=$(realpath -m "${WHEEL_TARGET_DIR:-$target/wheel}") PATH="$build/bin:$PATH" "$build/bin/pip" wheel \
+    --quiet --no-deps --no-build-isolation --wheel-dir "$work/wheel" ./python
 wheel=$(echo "$work"/wheel/*.whl)
 ls -l "$work/wheel"
 
@@ -53,8 +53,13 @@ cp python/examples/longest_queue.py "$work/user"
 test -s "$work/user/results/longest/report/index.html"
 echo "from pip install to report: $((SECONDS - start)) s"
 
-step "the smoke scenario with the installed command"
-scripts/smoke.sh "$work/venv/bin/tsc-family"
+step "the smoke scenario"
+"$work/venv/bin/tsc-family" run smoke --eval-seeds 2 --out "$work/package"
+if [ -n "$program" ]; then
+    "$program" run smoke --eval-seeds 2 --out "$work/program" --quiet
+    cmp "$work/package/report/episodes.csv" "$work/program/report/episodes.csv"
+    echo "the records equal those of $program"
+fi
 
 step "tests of the package, with gymnasium, PettingZoo and pandas"
 "$work/venv/bin/pip" install --quiet "$wheel[test]"

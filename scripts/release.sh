@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds what a release offers, and tries it: the wheel of the Python package, with the manylinux tag that its symbols allow,
-# an archive of the command alone, and one of the published records with their episodes of training. Both run with SUMO of the package eclipse-sumo, in the version that python/pyproject.toml
-# names. .github/workflows/release.yml calls this for x86-64 and arm64.
+# an archive of the command alone, and one of the published records with their episodes of training. Both run with SUMO of the
+# package eclipse-sumo, in the version that python/pyproject.toml names. .github/workflows/release.yml calls this.
 #
 #   scripts/release.sh [FOLDER]    into FOLDER, `dist` by default
 #
@@ -11,7 +11,7 @@ cd "$(dirname "$0")/.."
 
 out=$(realpath -m "${1:-dist}")
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
-sumo=$(sed -n 's/^requires = .*"\(eclipse-sumo==[0-9.]*\)".*/\1/p' python/pyproject.toml)
+sumo=$(sed -n 's/^requires = .*"\(eclipse-sumo==[0-9.]*\).*/\1/p' python/pyproject.toml)
 build=${SUMO_WHEEL_DIR:-$target/$sumo-build}
 
 step() { printf '\n--- %s (%s s)\n' "$1" "$SECONDS"; }

@@ -76,7 +76,7 @@ fi
 
 if ! command -v apt-get >/dev/null; then
     echo "missing: ${missing[*]} (Debian's names); install them; SUMO also comes with \`pip install" \
-        "eclipse-sumo\`, then set SUMO_HOME to its folder \`sumo\` (docs/install.md)" >&2
+        "eclipse-sumo==1.15.0\`, then set SUMO_HOME to its folder \`sumo\` (docs/install.md)" >&2
     exit 1
 fi
 install="apt-get install -y --no-install-recommends ${missing[*]}"

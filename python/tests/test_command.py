@@ -28,7 +28,7 @@ def test_doctor_says_where_sumo_is(tsc_family):
     assert f"SUMO {_sumo.required()}" in done.stdout and "all is well" in done.stdout
 
 
-@pytest.mark.parametrize("version", [None, "1.15.0"])
+@pytest.mark.parametrize("version", [None, "1.28.0"])
 def test_another_sumo_and_none_are_said_with_the_way_out(monkeypatch, version):
     real = metadata.distribution
 

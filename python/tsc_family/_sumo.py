@@ -43,9 +43,12 @@ def home() -> tuple[Path | None, str]:
 
 def find() -> None:
     """Tells the native part where SUMO is; raises nothing, so that what simulates nothing works without it."""
-    kind, _ = _native.sumo_built_with()
+    kind, library = _native.sumo_built_with()
     if kind != "eclipse-sumo":
-        # Built on this machine against a SUMO that stays where it is.
+        # Built on this machine for a SUMO that stays where it is.
+        home_of_it = Path(library).parents[1]
+        if (home_of_it / "bin" / "netconvert").is_file():
+            os.environ["SUMO_HOME"] = str(home_of_it)
         return
     folder, missing = home()
     if folder is None:

@@ -96,7 +96,7 @@ fn the_examples_of_the_help_are_accepted() {
 #[test]
 fn the_wheel_of_the_docs_is_the_one_that_ci_builds_against() {
     let project = std::fs::read_to_string(Path::new(REPO).join("python/pyproject.toml")).unwrap();
-    let version = project.split_once("eclipse-sumo==").unwrap().1.split('"').next().unwrap();
+    let version = project.split_once("eclipse-sumo==").unwrap().1.split(['"', ';']).next().unwrap();
     let page = &markdown()[Path::new("docs/install.md")].text;
     assert!(page.contains(&format!("eclipse-sumo=={version}\n")), "CI has {version}");
 }
