@@ -5,7 +5,6 @@
 
 use std::env;
 use std::fs;
-use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -164,28 +163,109 @@ fn compile_shim(found: &Found, shim: &Path) {
 
 /// Writes the Rust declarations of the shim and of the constants that are used with it.
 fn declare(found: &Found, out: &Path) {
-    let shim = bindgen::builder()
-        .header("csrc/shim.h")
-        .dynamic_library_name("Shim")
-        .dynamic_link_require_all(true)
-        .derive_default(true)
-        .default_macro_constant_type(bindgen::MacroTypeVariation::Signed)
-        .allowlist_item("(sumo_|Sumo|SUMO_).*");
-    generate(shim, &out.join("shim.rs"));
-    let constants = bindgen::builder()
-        .header(found.include.join("libsumo/TraCIConstants.h").display().to_string())
-        .clang_args(["-x", "c++", "-std=c++17"])
-        .disable_name_namespacing()
-        .allowlist_var("libsumo::TRACI_VERSION")
-        .allowlist_var("libsumo::TRAFFICLIGHT_TYPE_(STATIC|ACTUATED)");
-    generate(constants, &out.join("constants.rs"));
+    let shim = fs::read_to_string("csrc/shim.h").expect("the shim has a header");
+    fs::write(out.join("shim.rs"), declarations(&shim)).expect("OUT_DIR can be written");
+    let header = found.include.join("libsumo/TraCIConstants.h");
+    let header = fs::read_to_string(&header)
+        .unwrap_or_else(|e| panic!("cannot read {}: {e}", header.display()));
+    let constants = ["TRACI_VERSION", "TRAFFICLIGHT_TYPE_STATIC", "TRAFFICLIGHT_TYPE_ACTUATED"];
+    let constants = constants.map(|name| {
+        let value = header.split_once(&format!("int {name} = ")).and_then(|(_, v)| v.split_once(';'));
+        let (value, _) = value.unwrap_or_else(|| panic!("TraCIConstants.h lacks {name}"));
+        format!("pub const {name}: i32 = {value};\n")
+    });
+    fs::write(out.join("constants.rs"), constants.concat()).expect("OUT_DIR can be written");
 }
 
-fn generate(builder: bindgen::Builder, file: &Path) {
-    let builder = builder.rust_edition(bindgen::RustEdition::Edition2024).wrap_unsafe_ops(true);
-    // bindgen panics, with a text about llvm-config, when there is no libclang.
-    let bindings = panic::catch_unwind(AssertUnwindSafe(|| builder.generate()))
-        .unwrap_or_else(|_| panic!("no libclang; Debian: `apt-get install libclang-dev`"))
-        .unwrap_or_else(|e| panic!("bindgen cannot declare {}: {e}", file.display()));
-    bindings.write_to_file(file).unwrap_or_else(|e| panic!("cannot write {}: {e}", file.display()));
+/// Returns in Rust what `shim.h` declares, and a type that loads its functions. The header keeps to `#define`s of numbers,
+/// `typedef struct`s, and functions; what else it has does not compile. bindgen would take 30 s of the processor
+/// and libclang on every machine.
+fn declarations(header: &str) -> String {
+    let (mut rust, mut code) = (String::new(), String::new());
+    for line in header.lines().map(str::trim) {
+        if let Some((name, value)) =
+            line.strip_prefix("#define SUMO_").and_then(|line| line.split_once(' '))
+        {
+            rust += &format!("pub const SUMO_{name}: i32 = {value};\n");
+        } else if !line.starts_with(['#', '/']) && !["extern \"C\" {", "}"].contains(&line) {
+            code += line;
+            code += " ";
+        }
+    }
+    let (mut fields, mut symbols, mut methods) = (String::new(), String::new(), String::new());
+    let mut rest = code.trim();
+    while !rest.is_empty() {
+        if let Some(body) = rest.strip_prefix("typedef struct {") {
+            let (members, after) = body.split_once('}').expect("a struct ends");
+            let (name, after) = after.split_once(';').expect("a struct has a name");
+            let name = name.trim();
+            rust += &format!("#[repr(C)]\n#[derive(Debug, Clone, Copy, Default)]\npub struct {name} {{\n");
+            for member in members.split_terminator(';').filter(|m| !m.trim().is_empty()) {
+                let (name, kind) = declared(member);
+                rust += &format!("    pub {name}: {kind},\n");
+            }
+            rust += "}\n";
+            rest = after.trim();
+            continue;
+        }
+        let (function, after) = rest.split_once(");").expect("a function ends");
+        let (head, arguments) = function.split_once('(').expect("a function has arguments");
+        let (name, result) = declared(head);
+        let arguments = arguments.split(',').filter(|a| *a != "void").map(declared);
+        let (names, typed): (Vec<String>, Vec<String>) =
+            arguments.map(|(name, kind)| (name.clone(), format!("{name}: {kind}"))).unzip();
+        let (names, typed) = (names.join(", "), typed.join(", "));
+        fields += &format!("    {name}: unsafe extern \"C\" fn({typed}) -> {result},\n");
+        symbols += &format!("            {name}: *unsafe {{ library.get(b\"{name}\\0\") }}?,\n");
+        methods += &format!(
+            "    pub unsafe fn {name}(&self, {typed}) -> {result} {{\n        \
+             unsafe {{ (self.{name})({names}) }}\n    }}\n"
+        );
+        rest = after.trim();
+    }
+    format!(
+        "use std::ffi::c_char;\n{rust}pub struct Shim {{\n{fields}    _library: libloading::Library,\n}}\n\
+         impl Shim {{\n    \
+             pub unsafe fn new(file: &std::path::Path) -> Result<Self, libloading::Error> {{\n        \
+                 let library = unsafe {{ libloading::Library::new(file) }}?;\n        \
+                 Ok(Self {{\n{symbols}            _library: library,\n        }})\n    \
+             }}\n{methods}}}\n"
+    )
+}
+
+/// Returns the name and the Rust type of a declaration in C, such as `const char *const *argv`.
+fn declared(c: &str) -> (String, String) {
+    let c = c.trim();
+    let at = c.rfind(|c: char| !c.is_alphanumeric() && c != '_').expect("a type and a name") + 1;
+    // A word of Rust.
+    let name = if &c[at..] == "type" { "type_" } else { &c[at..] };
+    (name.to_owned(), rust_type(&c[..at]))
+}
+
+fn rust_type(c: &str) -> String {
+    let c = c.trim();
+    if let Some(target) = c.strip_suffix('*').map(str::trim) {
+        let fixed = match target.strip_suffix("const") {
+            Some(target) => Some(target),
+            None if target.contains('*') => None,
+            None => target.strip_prefix("const "),
+        };
+        return match fixed {
+            Some(target) => format!("*const {}", rust_type(target)),
+            None => format!("*mut {}", rust_type(target)),
+        };
+    }
+    // Of what a pointer to a constant pointer leads to.
+    match c.strip_prefix("const ").unwrap_or(c) {
+        "double" => "f64",
+        "int32_t" => "i32",
+        "uint32_t" => "u32",
+        "uint8_t" => "u8",
+        "size_t" => "usize",
+        "char" => "c_char",
+        "bool" => "bool",
+        name if name.starts_with("Sumo") => name,
+        _ => panic!("shim.h has the type {c}, which build.rs does not know"),
+    }
+    .to_owned()
 }

@@ -68,9 +68,6 @@ else
     has_file '/usr/lib/*/libpython3.*.so.1.0' || missing+=(libpython3.11)
 fi
 ! $builds || command -v c++ >/dev/null || missing+=(g++)
-# Not libclang-cpp, which comes with other packages and is of no use to bindgen.
-! $builds || { [ -n "${LIBCLANG_PATH:-}" ] || has_file '/usr/lib/llvm-*/lib/libclang-[0-9]*.so*' ||
-    has_file '/usr/lib*/libclang.so*' || has_file '/usr/lib*/llvm*/lib*/libclang.so*'; } || missing+=(libclang-dev)
 
 [ ${#missing[@]} -eq 0 ] && exit 0
 

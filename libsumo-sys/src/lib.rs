@@ -19,10 +19,7 @@ pub const INCLUDE_DIR: &str = env!("LIBSUMO_INCLUDE");
 #[expect(
     missing_docs,
     unsafe_code,
-    clippy::allow_attributes,
-    clippy::allow_attributes_without_reason,
     clippy::missing_safety_doc,
-    clippy::multiple_unsafe_ops_per_block,
     clippy::undocumented_unsafe_blocks,
     reason = "generated; csrc/shim.h documents it"
 )]
