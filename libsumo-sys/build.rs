@@ -170,7 +170,8 @@ fn declare(found: &Found, out: &Path) {
         .unwrap_or_else(|e| panic!("cannot read {}: {e}", header.display()));
     let constants = ["TRACI_VERSION", "TRAFFICLIGHT_TYPE_STATIC", "TRAFFICLIGHT_TYPE_ACTUATED"];
     let constants = constants.map(|name| {
-        let value = header.split_once(&format!("int {name} = ")).and_then(|(_, v)| v.split_once(';'));
+        let value =
+            header.split_once(&format!("int {name} = ")).and_then(|(_, v)| v.split_once(';'));
         let (value, _) = value.unwrap_or_else(|| panic!("TraCIConstants.h lacks {name}"));
         format!("pub const {name}: i32 = {value};\n")
     });
@@ -199,7 +200,9 @@ fn declarations(header: &str) -> String {
             let (members, after) = body.split_once('}').expect("a struct ends");
             let (name, after) = after.split_once(';').expect("a struct has a name");
             let name = name.trim();
-            rust += &format!("#[repr(C)]\n#[derive(Debug, Clone, Copy, Default)]\npub struct {name} {{\n");
+            rust += &format!(
+                "#[repr(C)]\n#[derive(Debug, Clone, Copy, Default)]\npub struct {name} {{\n"
+            );
             for member in members.split_terminator(';').filter(|m| !m.trim().is_empty()) {
                 let (name, kind) = declared(member);
                 rust += &format!("    pub {name}: {kind},\n");
