@@ -94,11 +94,6 @@ fn scores_from_elsewhere_rank_beside_the_others_and_are_marked() {
     );
     folder.write("s.csv", &all.replace("12.5", "13.5"));
     folder.says(5, &format!("{command} a"));
-    let said = folder.says(0, &format!("{command} e --dry-run"));
-    assert!(!said.contains("not used"), "{said}");
-    folder.write("s.csv", &format!("{all}quiet,2,3\n"));
-    let said = folder.says(0, &format!("{command} e --dry-run"));
-    assert!(said.contains("1 row of s.csv is not used, the first in line 6"), "{said}");
     folder.write("s.csv", all.split("busy").next().unwrap());
     let said = folder.says(3, &format!("{command} b"));
     assert!(said.contains("theirs (s.csv) has no rows, or too few, of busy"), "{said}");

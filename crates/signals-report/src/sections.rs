@@ -316,11 +316,6 @@ impl Sections for TrafficSections {
         let seen = self.seen(data);
         let plans = plans::write(folder, seen)?;
         let mut written = Written { files: vec![plans.table], notes: Vec::new() };
-        written.notes.extend(
-            plans
-                .missing
-                .map(|reason| format!("no plans/*.winner.sumocfg of some point MDPs: {reason}")),
-        );
         written.notes.extend(plans::sheets::write(&folder.join(plans::FOLDER), seen)?.notes);
         super::pages::write(folder, seen)?;
         for (name, text) in self.further(data) {

@@ -40,8 +40,6 @@ pub(super) struct Beside<'a> {
     pub(super) folder: &'a Path,
     /// Name of the folder with copies within it.
     pub(super) copies: &'a str,
-    /// Whether programs change by the clock as they do in the scenario.
-    pub(super) day_plan: bool,
 }
 
 /// What was written.
@@ -57,17 +55,17 @@ impl Beside<'_> {
     ///
     /// # Arguments
     ///
-    /// * `refused` — the text of an additional file whose programs SUMO refuses there; see [`refused`].
+    /// * `refused` — the text of an additional file whose programs SUMO refuses there; see [`is_refused`].
     ///
     /// # Errors
     ///
     /// A file of the scenario that cannot be read, a copy that cannot be written, programs that SUMO takes in no way.
     pub(super) fn write(&self, refused: Option<&str>) -> Result<Handed, TrafficError> {
-        let Self { own, point, folder, copies, day_plan } = *self;
+        let Self { own, point, folder, copies } = *self;
         let copies = folder.join(copies);
         remove_earlier(&copies)?;
         let intake = Intake::read(own, &given(point)?)?;
-        let mut lists = copy(&intake.config, &intake.sources, &copies, day_plan)?;
+        let mut lists = copy(&intake.config, &intake.sources, &copies, false)?;
         let network = match refused {
             Some(programs) => self.network(&intake, &lists, programs, &copies)?,
             None => None,
@@ -134,14 +132,11 @@ impl Beside<'_> {
     }
 }
 
-/// Returns a signal and two of its links because of which SUMO refuses programs in an additional file.
-pub(super) fn refused<'a>(
-    mutual: &Mutual,
-    programs: &'a [SignalProgram],
-) -> Option<(&'a str, (usize, usize))> {
-    programs.iter().filter(|program| !program.own).find_map(|program| {
+/// Whether SUMO refuses programs in an additional file.
+pub(super) fn is_refused(mutual: &Mutual, programs: &[SignalProgram]) -> bool {
+    programs.iter().any(|program| {
         let states = program.phases.iter().map(|phase| phase.state.as_str());
-        Some((program.signal.as_str(), mutual.refused(&program.signal, states)?))
+        !program.own && mutual.refused(&program.signal, states).is_some()
     })
 }
 

@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use super::beside::{Beside, refused};
+use super::beside::{Beside, is_refused};
 use super::config::{Show, configuration, set_by_run, way_to};
 use super::program_xml::additional;
 use basics::files::{self, limits};
@@ -75,9 +75,9 @@ impl Episode<'_> {
             written.push((VEHICLES, demand.routes(seed).1));
             replaced.push(("route-files".to_owned(), VEHICLES.to_owned()));
         } else {
-            let beside = Beside { own: &own, point, folder, copies: COPIES, day_plan: false };
+            let beside = Beside { own: &own, point, folder, copies: COPIES };
             let mutual = Mutual::of_scenario(&SumoConfig::read(&own)?)?;
-            let is_refused = refused(&mutual, programs).is_some();
+            let is_refused = is_refused(&mutual, programs);
             let handed = beside.write(program.as_deref().filter(|_| is_refused))?;
             replaced.extend(handed.replaced);
             program = program.filter(|_| !handed.is_inside);

@@ -59,7 +59,7 @@ mod tests {
     use super::*;
     use crate::control::{ControlError, Observation, Setup, SignalSpec, program};
     use crate::env::testing::env;
-    use crate::sim::mock::MockSim;
+    use crate::sim::testing::MockSim;
     use evaluation::settings::setting::NoSettings;
 
     /// Plays a fixed list of phases, the last one for ever.

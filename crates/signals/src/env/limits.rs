@@ -92,7 +92,7 @@ mod tests {
     use super::*;
     use crate::env::SignalEnv;
     use crate::env::testing::env;
-    use crate::sim::mock::MockSim;
+    use crate::sim::testing::MockSim;
 
     fn share(from: &str, to: &str, share: f64) -> TurnShare {
         TurnShare { from: from.into(), to: to.into(), share }

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::world::RouteWriter;
 use super::{SignalEnv, World};
 use crate::settings::{SignalSettings, SimulationSettings};
-use crate::sim::mock::MockSim;
+use crate::sim::testing::MockSim;
 use crate::sim::{Direction, Lane, Link, Program, ProgramKind, ProgramPhase, Scene, SignalInfo};
 
 /// A scene of one signal: lanes of 100 m as `(id, heading, directions)` with one link per letter of

@@ -38,12 +38,11 @@ enum Which {
     Episode(u64),
 }
 
-/// What was measured in an episode, the sha256 of its vehicles where the table has it, and the line that says so.
+/// What was measured in an episode, and the sha256 of its vehicles where the table has it.
 #[derive(Debug, Clone, PartialEq)]
 struct Measured {
     metrics: Metrics,
     vehicles: Option<String>,
-    line: u64,
 }
 
 /// A table of scores.
@@ -145,7 +144,7 @@ impl Scores {
             let episode = if has_seeds { Which::Seed(number) } else { Which::Episode(number) };
             lines.entry(row.text(point).to_owned()).or_insert(line);
             let of_point = rows.entry(row.text(point).to_owned()).or_default();
-            if of_point.insert(episode, Measured { metrics, vehicles, line }).is_some() {
+            if of_point.insert(episode, Measured { metrics, vehicles }).is_some() {
                 let (point, name) = (row.text(point), &headers[which]);
                 return Err(at(line, format!("{point} has {name} {number} already")));
             }
@@ -192,36 +191,6 @@ impl Scores {
             }
         };
         Ok(chosen.iter().copied().filter(|point| !has_all(point)).collect())
-    }
-
-    /// Returns how many rows a run does not use, and the line of the first; `None` where it uses all. Where a point MDP has
-    /// more seeds than the run has episodes, that line is the first of the point MDP: which seeds it takes is known later.
-    ///
-    /// # Arguments
-    ///
-    /// Those of [`Self::lacking`].
-    pub fn unused(&self, chosen: &BTreeSet<&str>, episodes: u32) -> Option<(usize, u64)> {
-        let of_point = |(point, rows): (&String, &BTreeMap<Which, Measured>)| {
-            let used = if chosen.contains(point.as_str()) { episodes } else { 0 };
-            let may_be_unused = rows.iter().filter(|(which, _)| match which {
-                Which::Seed(_) => true,
-                Which::Episode(number) => *number >= u64::from(used),
-            });
-            let lines: Vec<u64> = may_be_unused.map(|(_, measured)| measured.line).collect();
-            let count = match self.has_seeds {
-                true => rows.len().saturating_sub(used as usize),
-                false => lines.len(),
-            };
-            let first = lines.into_iter().min()?;
-            (count > 0).then_some((count, first))
-        };
-        let all = self.rows.iter().filter_map(of_point);
-        all.reduce(|(count, first), (more, line)| (count + more, first.min(line)))
-    }
-
-    /// Whether rows are of seeds, not of numbers of episodes.
-    pub fn has_seeds(&self) -> bool {
-        self.has_seeds
     }
 
     /// Whether the table has the vehicles of every episode.
@@ -368,20 +337,6 @@ mod tests {
             let e = lacking(&table, 1).unwrap_err();
             assert_eq!(e, expected);
         }
-    }
-
-    #[test]
-    fn rows_of_other_point_mdps_and_further_episodes_are_not_used() {
-        let unused = |text: &str, episodes: u32| {
-            let scores = Scores::parse(text.as_bytes()).unwrap();
-            scores.unused(&BTreeSet::from(["quiet", "busy"]), episodes)
-        };
-        let table = "point,episode,delay_s\nquiet,0,1\nquiet,2,1\nquiet,1,1\nfull,0,1\nbusy,0,1\n";
-        assert_eq!(unused(table, 2), Some((2, 3)));
-        assert_eq!(unused(table, 3), Some((1, 5)));
-        let table = "point,seed,delay_s\nquiet,7,1\nbusy,7,1\nbusy,9,1\n";
-        assert_eq!(unused(table, 1), Some((1, 3)));
-        assert_eq!(unused(table, 2), None);
     }
 
     #[test]

@@ -18,7 +18,6 @@ use super::control::{Controller, Setup};
 use basics::files::FileError;
 use basics::hash::sha256_file;
 use evaluation::family::MdpFamily;
-use evaluation::report::format::count;
 use evaluation::store::own::{OwnKind, OwnMethod};
 
 /// Point MDPs that a sentence names.
@@ -97,7 +96,7 @@ impl Own {
         Ok(Some(OwnMethod { sha256, ..self.about.clone() }))
     }
 
-    /// Returns what it lacks for a sample and what of it is not used, in words: rows of a table of scores.
+    /// Returns what it lacks for a sample, in words: rows of a table of scores.
     ///
     /// # Arguments
     ///
@@ -116,28 +115,17 @@ impl Own {
         let OwnMethod { name, source, .. } = &self.about;
         let lacking = scores.lacking(family, chosen, episodes);
         let lacking = lacking.map_err(|reason| format!("{source}: {reason}"))?;
-        let mut warnings = Vec::new();
-        if !lacking.is_empty() {
-            let (of, some) = (lacking.len(), &lacking[..lacking.len().min(MOST_NAMED)]);
-            let more = of - some.len();
-            let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
-            let tasks = if of == 1 { "the task there" } else { "the tasks there" };
-            let points = format!("{}{rest}", some.join(", "));
-            warnings.push(format!(
-                "{name} ({source}) has no rows, or too few, of {points}; {tasks} will fail"
-            ));
+        if lacking.is_empty() {
+            return Ok(Vec::new());
         }
-        if let Some((unused, line)) = scores.unused(chosen, episodes) {
-            let are = if unused == 1 { "is" } else { "are" };
-            let after = if scores.has_seeds() { " or after it" } else { "" };
-            warnings.push(format!(
-                "{} of {source} {are} not used, the first in line {line}{after}: the run has {} on {}",
-                count(unused, "row"),
-                count(episodes as usize, "evaluation episode"),
-                count(chosen.len(), "point MDP"),
-            ));
-        }
-        Ok(warnings)
+        let (of, some) = (lacking.len(), &lacking[..lacking.len().min(MOST_NAMED)]);
+        let more = of - some.len();
+        let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let tasks = if of == 1 { "the task there" } else { "the tasks there" };
+        let points = format!("{}{rest}", some.join(", "));
+        Ok(vec![format!(
+            "{name} ({source}) has no rows, or too few, of {points}; {tasks} will fail"
+        )])
     }
 
     /// Returns the files that a task reads. The program itself is none of them: what runs stays what it was when it was

@@ -13,13 +13,14 @@ pub mod intake;
 #[cfg(feature = "libsumo")]
 pub mod libsumo;
 pub mod lights;
-pub mod mock;
 pub mod mutual;
 pub mod obstacle;
 pub mod options;
 pub mod scan;
 pub mod sources;
 pub mod sumocfg;
+#[cfg(test)]
+pub mod testing;
 pub mod topology;
 pub mod trace;
 pub mod tripinfo;

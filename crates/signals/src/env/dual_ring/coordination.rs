@@ -215,7 +215,7 @@ fn in_a_row(marked: Vec<bool>) -> Option<Run> {
 #[cfg(test)]
 mod tests {
     use super::super::rings::{Rings, Seen};
-    use super::super::shapes::{GREENS, cross, settings, tee, timing};
+    use super::super::testing::{GREENS, cross, settings, tee, timing};
     use super::*;
     use crate::control::dual_ring::{Config, Recall};
 

@@ -330,7 +330,7 @@ pub fn fixed_cycle(
 #[cfg(test)]
 mod tests {
     use super::super::rings::{Rings, Seen};
-    use super::super::shapes::{settings, timing};
+    use super::super::testing::{settings, timing};
     use super::*;
     use crate::env::testing::crossing;
     use crate::existing::testing::{phase, plan};

@@ -8,9 +8,9 @@ mod existing;
 mod links;
 mod plan;
 mod rings;
-#[cfg(test)]
-mod shapes;
 mod streets;
+#[cfg(test)]
+mod testing;
 #[cfg(test)]
 mod tests;
 

@@ -5,7 +5,7 @@ use osm_signals::Turn;
 use super::links::Links;
 use super::plan::Plan;
 use super::rings::{Rings, Seen};
-use super::shapes::{ARMS, GREENS, config, cross, five, links, rings, settings, tee, timing};
+use super::testing::{ARMS, GREENS, config, cross, five, links, rings, settings, tee, timing};
 use crate::control::dual_ring::{Config, Recall};
 use crate::settings::SignalSettings;
 
