@@ -18,10 +18,9 @@ use crate::traffic::city::folder::{APPROACHES_FILE, default_folder};
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::network::build::{BuildOptions, BuildSummary};
 use crate::traffic::network::intersection::{IntersectionSpec, intersections};
-use crate::traffic::network::prune::{Pruned, prune};
 use crate::traffic::network_files::NetworkFiles;
 use crate::traffic::problem::{self, networks};
-use crate::traffic::turning::Period;
+use crate::traffic::turning::{self, Period};
 use crate::traffic::utdf::{Utdf, read_plans};
 
 /// Budget of the command that is suggested in the end.
@@ -51,17 +50,16 @@ pub struct BuildNetworksArgs {
     /// folder that holds other things
     #[arg(long)]
     pub force: bool,
-    /// Remove networks in the folder that were made with other settings or for other point MDPs; those that a
-    /// task simulates stay
-    #[arg(long, conflicts_with_all = ["osm", "utdf", "turning_counts", "existing"])]
-    pub prune: bool,
-    /// Network in UTDF, as Synchro exports it, instead of a scenario: the combined file, or those of version 6 (repeatable)
+    /// Network in UTDF, as Synchro exports it, instead of a scenario: the combined file of version 7 or 8
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scenario", "osm"])]
-    pub utdf: Vec<PathBuf>,
-    /// Vehicles by approach and turn: a table with columns such as INTID, Time, NBL, NBT, NBR; CSV or workbook
-    /// (repeatable)
+    pub utdf: Option<PathBuf>,
+    /// Vehicles by approach and turn: tables with columns such as INTID, Time, NBL, NBT, NBR; CSV, workbook, or a folder of
+    /// them (repeatable)
     #[arg(long, value_name = "FILE")]
     pub turning_counts: Vec<PathBuf>,
+    /// What the columns of the turning counts are, where no known layout fits
+    #[arg(long, value_name = "FILE", requires = "turning_counts")]
+    pub counts_layout: Option<PathBuf>,
     /// Plans that the signals have today, for the method existing: a table with a row per phase, UTDF, or an
     /// additional file of SUMO with tlLogic [default: those of
     /// the scenario or of --utdf]
@@ -86,11 +84,12 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     check_periods(&args.period)?;
     if let Some(extract) = &args.osm.osm {
         let to = (args.out.as_deref(), args.force);
-        let counted = (args.turning_counts.as_slice(), args.period.as_slice());
+        let files = turning::files(&args.turning_counts)?;
+        let counted = (files, args.counts_layout.clone(), args.period.as_slice());
         return osm::run(&args.osm, extract, to, counted, args.scenario.settings(), args.quiet);
     }
     args.osm.without_extract(&args.scenario.scenario)?;
-    if !args.turning_counts.is_empty() || !args.utdf.is_empty() || args.existing.is_some() {
+    if !args.turning_counts.is_empty() || args.utdf.is_some() || args.existing.is_some() {
         return with_volumes(args);
     }
     let loaded = args.scenario.signals(&args.scenario.settings())?;
@@ -109,19 +108,6 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
             summary.up_to_date,
             start.elapsed().as_secs_f64()
         ))?;
-    }
-    if args.prune {
-        let Pruned { removed, in_use, bytes } = prune(&out, &summary.files)?;
-        if !args.quiet {
-            let megabytes = bytes as f64 / 1e6;
-            let in_use = if in_use > 0 { format!(", {in_use} stay in use") } else { String::new() };
-            line(format!("{removed} networks removed, {megabytes:.1} MB{in_use}"))?;
-        }
-    } else if summary.other > 0 && !args.quiet {
-        note(format!(
-            "{} other networks are in the folder; --prune removes those that nobody simulates",
-            summary.other
-        ));
     }
     Ok(exit::DONE)
 }
@@ -149,7 +135,7 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     let scenario = &args.scenario.scenario;
     let from_utdf = args
         .utdf
-        .first()
+        .as_ref()
         .map(|file| Path::new("networks").join(file.file_stem().unwrap_or_default()));
     let Some(out) = args.out.clone().or(from_utdf) else {
         return Err(Refused(format!(
@@ -160,18 +146,21 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     };
     let out = out.as_path();
     CITY.check(out, "--out", Some(args.force))?;
-    let (uncounted, converted) = match args.utdf.as_slice() {
-        [] => (args.scenario.uncounted()?, None),
-        files => {
-            let (uncounted, converted) = Utdf::read(files)?.scenario(&args.scenario.settings())?;
+    let (uncounted, converted) = match &args.utdf {
+        None => (args.scenario.uncounted()?, None),
+        Some(file) => {
+            let (uncounted, converted) = Utdf::read(file)?.scenario(&args.scenario.settings())?;
             (uncounted, Some(converted))
         }
     };
     let path = Path::new(scenario);
     let folder = if path.is_dir() { Some(path) } else { path.parent().filter(|_| path.is_file()) };
     let utdf = args.utdf.iter().map(|file| ("utdf", file.clone()));
-    let sources: Vec<_> =
-        utdf.chain(args.existing.iter().map(|file| ("existing", file.clone()))).collect();
+    let layout = args.counts_layout.iter().map(|file| ("counts-layout", file.clone()));
+    let sources: Vec<_> = utdf
+        .chain(layout)
+        .chain(args.existing.iter().map(|file| ("existing", file.clone())))
+        .collect();
     let side = uncounted.scenario.network.driving_side;
     let given = args.existing.as_deref().map(|path| read_plans(path, side)).transpose()?;
     for doubt in given.iter().flat_map(|(_, doubts)| doubts) {
@@ -181,7 +170,8 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     let made = counted(&CountedRequest {
         uncounted: &uncounted,
         folder: folder.filter(|_| converted.is_none()),
-        files: &args.turning_counts,
+        files: &turning::files(&args.turning_counts)?,
+        layout: args.counts_layout.as_deref(),
         plans: plans.as_ref(),
         sources: &sources,
         periods: &args.period,

@@ -81,7 +81,7 @@ pub(super) fn run(
     args: &OsmArgs,
     extract: &Path,
     (out, force): (Option<&Path>, bool),
-    (turning_counts, periods): (&[PathBuf], &[Period]),
+    (turning_counts, counts_layout, periods): (Vec<PathBuf>, Option<PathBuf>, &[Period]),
     overrides: Vec<Override>,
     quiet: bool,
 ) -> anyhow::Result<u8> {
@@ -91,7 +91,8 @@ pub(super) fn run(
         signals: args.signals.clone(),
         signals_where: args.signals_where.clone(),
         counts: args.aadt.clone(),
-        turning_counts: turning_counts.to_vec(),
+        turning_counts,
+        counts_layout,
         periods: periods.to_vec(),
         boundary: args.boundary.clone(),
         config: args.config.clone(),

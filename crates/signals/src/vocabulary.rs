@@ -103,6 +103,11 @@ impl Heading {
         is_plain.then_some((heading, turn))
     }
 
+    /// Returns the direction so many eighths of a circle clockwise.
+    pub fn clockwise(self, eighths: usize) -> Self {
+        Self::ALL[(self as usize + eighths) % Self::ALL.len()]
+    }
+
     /// Returns the direction of travel, degrees clockwise from north.
     pub fn degrees(self) -> f64 {
         45.0 * f64::from(self as u8)

@@ -32,6 +32,8 @@ pub struct CountedRequest<'a> {
     pub folder: Option<&'a Path>,
     /// Files of counts; none to take the volumes that the approaches have.
     pub files: &'a [PathBuf],
+    /// Layout of the counts, instead of those that are known.
+    pub layout: Option<&'a Path>,
     /// Plans that its signals have today.
     pub plans: Option<&'a Plans>,
     /// Other files that it was made from, with what they are.
@@ -73,7 +75,7 @@ pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityErro
         files => {
             without_periods(uncounted)?;
             let side = driving_side(request)?;
-            TurningCounts::read(files)?
+            TurningCounts::read(files, request.layout)?
                 .into_approaches(&uncounted.intersections, request.periods, side)?
         }
     };

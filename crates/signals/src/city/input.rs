@@ -28,6 +28,8 @@ pub struct Request {
     pub counts: Option<PathBuf>,
     /// Turning counts.
     pub turning_counts: Vec<PathBuf>,
+    /// Layout of the turning counts, instead of those that are known.
+    pub counts_layout: Option<PathBuf>,
     /// Periods of the day whose busiest hours are simulated; none for the busiest hour of all turning counts.
     pub periods: Vec<Period>,
     /// GeoJSON file or `WEST,SOUTH,EAST,NORTH` in degrees: only intersections within.
@@ -55,6 +57,7 @@ impl Request {
             signals_where: Vec::new(),
             counts: None,
             turning_counts: Vec::new(),
+            counts_layout: None,
             periods: Vec::new(),
             boundary: None,
             config: None,
@@ -80,6 +83,7 @@ impl Request {
             ("aadt", self.counts.as_ref()),
             ("boundary", boundary.as_ref()),
             ("config", self.config.as_ref()),
+            ("counts-layout", self.counts_layout.as_ref()),
         ];
         let files = files.into_iter().filter_map(|(role, path)| path.map(|path| (role, path)));
         let turning = self.turning_counts.iter().map(|path| ("turning-counts", path));
@@ -130,7 +134,7 @@ impl Input {
         let counts = request.counts.as_deref();
         let counts = counts.map(|p| Counts::read(p, &settings.counts)).transpose()?;
         let turning = (!request.turning_counts.is_empty())
-            .then(|| TurningCounts::read(&request.turning_counts))
+            .then(|| TurningCounts::read(&request.turning_counts, request.counts_layout.as_deref()))
             .transpose()?;
         let mut extract = read(&request.extract, progress)?;
         let said = request.driving_side.or(settings.streets.driving_side);

@@ -4,8 +4,7 @@
 //! - **Changed:** an inflow that is cut or raised, a count that is missing, a turn lane that needs another lane.
 //! - **Implausible for its column:** a speed, length or count that few streets have, with the unit it may be in.
 //! - **Contradictory:** arms named after directions of travel that their bearings are not.
-//! - **Implausible beside the rest of the table:** a length beyond the next intersection, a bearing that
-//!   contradicts the neighbour, a place far from the others or in no country.
+//! - **No place:** latitude and longitude 0, or where nobody has signals.
 //!
 //! Source: thresholds are this project's; each is beside its reason.
 
@@ -23,6 +22,7 @@ use super::approaches::{Approach, Intersection};
 use crate::settings::{Detail, FamilySettings};
 use crate::vocabulary::{Heading, MOST_OFF_DEG};
 pub use doubt::Doubt;
+pub(crate) use doubt::Said;
 use doubt::at_line;
 use evaluation::family::MdpFamily;
 
@@ -40,7 +40,7 @@ pub fn of_approaches(intersections: &[Intersection], settings: &FamilySettings) 
     let placed: Vec<Intersection> =
         intersections.iter().filter(|i| i.latitude.is_finite()).cloned().collect();
     if !placed.is_empty() {
-        doubts.extend(places::places(&placed, settings.length_scale));
+        doubts.extend(places::places(&placed));
     }
     doubts
 }

@@ -5,8 +5,8 @@
 
 use osm_signals::Turn;
 
-use super::header::Heading;
 use crate::family::approaches::MOST_EXITS;
+use crate::vocabulary::Heading;
 
 /// Turns from left to right.
 const TURNS: [Turn; 3] = [Turn::Left, Turn::Through, Turn::Right];
@@ -57,7 +57,7 @@ impl Directions<'_> {
 
 /// Returns the direction so many eighths of a circle clockwise from another.
 fn turned(heading: Heading, eighths: usize) -> Heading {
-    Heading::ALL[(heading as usize + eighths) % Heading::ALL.len()]
+    heading.clockwise(eighths)
 }
 
 /// Returns vehicles to exits as the turns that bearings make of these, and as exits of a table.

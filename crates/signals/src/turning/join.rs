@@ -17,20 +17,21 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use jiff::civil::Weekday;
 use osm_signals::turn::exits_on;
 use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
-use super::clock::DAY_MIN;
 use super::exits::{Directions, by_turn};
-use super::header::{Heading, Towards};
 use super::hour::{Hour, Interval, Unfit, busiest};
+use super::layout::DAY_MIN;
 use super::matching::matched_arms;
-use super::{CountedIntersection, FEW, Period, TurningCounts, days};
+use super::{CountedIntersection, FEW, Period, Towards, TurningCounts};
 use crate::family::approaches::{
     Approach, Arrivals, Counted, Intersection, MOST_PEDESTRIANS_PER_H,
 };
-use crate::family::doubts::Doubt;
+use crate::family::doubts::{Doubt, Said};
+use crate::vocabulary::Heading;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 
@@ -65,36 +66,17 @@ impl Joined {
     }
 }
 
-/// What is said of single intersections.
+/// What is said of turns without an exit.
+const NO_EXIT: &str = "counted turns have no exit, and their vehicles are not simulated";
+
+/// How counts are given to arms.
 #[derive(Default)]
-struct Said {
+struct Joining {
+    said: Said,
     /// Whether a counted direction has an arm.
     is_given: bool,
     /// Intersections of which none has.
     nowhere: Vec<String>,
-    no_arm: Vec<String>,
-    either_way: Vec<String>,
-    added: Vec<String>,
-    renamed: Vec<String>,
-    bent: Vec<String>,
-    elsewhere: Vec<String>,
-    no_exit: Vec<String>,
-    u_turns: Vec<String>,
-    not_counted: Vec<String>,
-    several_exits: Vec<String>,
-    few: Vec<String>,
-    no_hour: Vec<String>,
-    empty: Vec<String>,
-    missing: Vec<String>,
-    repeated: Vec<String>,
-    several_days: Vec<String>,
-    unclear_days: Vec<String>,
-    weekend_only: Vec<String>,
-    one_row: Vec<String>,
-    divided_walkers: Vec<String>,
-    no_walkers: Vec<String>,
-    no_crosswalk: Vec<String>,
-    too_many_walkers: Vec<String>,
 }
 
 impl TurningCounts {
@@ -117,10 +99,8 @@ impl TurningCounts {
         side: DrivingSide,
     ) -> Result<Joined, FamilyError> {
         let (rows_of, unknown) = self.by_intersection(intersections)?;
-        let rows = self.intersections.iter().flat_map(|(_, counted)| &counted.intervals);
-        let month_first = days::month_first(rows.map(|row| row.day.as_str()));
         let mut doubts = self.doubts.clone();
-        let mut said = Said::default();
+        let mut joining = Joining::default();
         let mut hours: Vec<(Option<&Period>, Vec<Hour>)> = Vec::new();
         let mut approaches = Vec::new();
         let asked: Vec<Option<&Period>> =
@@ -130,9 +110,9 @@ impl TurningCounts {
             for (intersection, counted) in intersections.iter().zip(&rows_of) {
                 let mut arms = intersection.arms.clone();
                 if let Some(counted) = counted {
-                    match said.hour(counted, &intersection.id, period, month_first) {
+                    match joining.hour(counted, &intersection.id, period) {
                         Ok(hour) => {
-                            said.give(&hour, intersection, &mut arms, side);
+                            joining.give(&hour, intersection, &mut arms, side);
                             of_period.push(hour);
                         }
                         // What one intersection lacks in a period is said; what all lack is wrong.
@@ -153,14 +133,14 @@ impl TurningCounts {
             if (of_period.is_empty() || period.is_none()) && !no_hour.is_empty() {
                 return Err(no_hour.swap_remove(0).1);
             }
-            said.no_hour
-                .extend(no_hour.iter().map(|(id, error)| format!("intersection {id}: {error}")));
+            for (id, error) in &no_hour {
+                let about = "counted, but without a complete hour in the period";
+                joining.said.say(about, format!("intersection {id}: {error}"));
+            }
             hours.push((period, of_period));
         }
-        if let Some(why) = said.nowhere.first().filter(|_| !said.is_given) {
-            let (_, first) = &self.intersections[0];
-            let place = Fault { line: first.intervals[0].line, message: why.clone() };
-            return Err(at(&first.file, place));
+        if let Some(why) = joining.nowhere.first().filter(|_| !joining.is_given) {
+            return Err(self.intersections[0].at_first(why.clone()));
         }
         let mut found = vec![format!(
             "turning counts: {} of {} intersections",
@@ -180,7 +160,7 @@ impl TurningCounts {
             "intersections without turning counts keep the traffic that the table has, in every period",
             uncounted,
         ));
-        doubts.extend(said.doubts(side));
+        doubts.extend(joining.said.doubts());
         let counted = (intersections.iter().zip(&rows_of))
             .filter(|(_, counted)| counted.is_some())
             .map(|(i, _)| i.id.clone())
@@ -188,63 +168,54 @@ impl TurningCounts {
         Ok(Joined { approaches, counted, found, doubts })
     }
 
-    /// Returns the rows of each intersection, and the names of those that the table does not have.
+    /// Returns what was counted at each intersection, and the names of those that the table does not have.
     fn by_intersection(
         &self,
         intersections: &[Intersection],
-    ) -> Result<(Vec<Option<&CountedIntersection>>, Vec<String>), FamilyError> {
-        let mut rows: Vec<Option<&CountedIntersection>> = vec![None; intersections.len()];
+    ) -> Result<(Vec<Option<CountedIntersection>>, Vec<String>), FamilyError> {
+        let mut rows: Vec<Option<CountedIntersection>> = vec![None; intersections.len()];
         let mut unknown = Vec::new();
-        for (id, counted) in &self.intersections {
-            let wrong = |message: String| {
-                at(&counted.file, Fault { line: counted.intervals[0].line, message })
-            };
-            let found = match id.as_str() {
-                "" if intersections.len() == 1 => Some(0),
-                "" => {
-                    return Err(wrong(format!(
-                        "no column says which of the {} intersections was counted; add a column INTID",
-                        intersections.len()
-                    )));
-                }
-                id => meant(id, intersections.iter().map(|i| i.id.as_str()))
-                    .map_err(wrong)?
-                    .and_then(|same| intersections.iter().position(|i| i.id == same)),
-            };
-            match found {
-                None => unknown.push(id.clone()),
-                Some(i) if rows[i].is_some() => {
-                    return Err(wrong(format!(
-                        "{id} is a second name of intersection {}; give its counts one name",
-                        intersections[i].id
-                    )));
-                }
-                Some(i) => rows[i] = Some(counted),
+        for counted in &self.intersections {
+            let mut found = None;
+            for name in &counted.names {
+                let same = meant(name, intersections.iter().map(|i| i.id.as_str()));
+                let same = same.map_err(|message| counted.at_first(message))?;
+                found =
+                    found.or(same.and_then(|same| intersections.iter().position(|i| i.id == same)));
+            }
+            let is_only = !counted.is_named && intersections.len() == 1;
+            match found.or(is_only.then_some(0)) {
+                None => unknown.push(counted.names.join(" or ")),
+                // Mornings and evenings come in files of their own.
+                Some(i) => match &mut rows[i] {
+                    Some(other) => {
+                        other.file = format!("{} and {}", other.file, counted.file);
+                        other.intervals.extend(counted.intervals.iter().cloned());
+                    }
+                    none => *none = Some(counted.clone()),
+                },
             }
         }
         if rows.iter().all(Option::is_none) {
-            let (_, first) = &self.intersections[0];
-            let few = |ids: Vec<&String>| {
-                let names: Vec<&str> = ids.iter().take(FEW).map(|id| id.as_str()).collect();
+            let few = |ids: Vec<&str>| {
                 let more = if ids.len() > FEW { ", ..." } else { "" };
-                format!("{}{more}", names.join(", "))
+                format!("{}{more}", ids[..ids.len().min(FEW)].join(", "))
             };
-            let column = match first.id_column.as_str() {
-                "" => String::new(),
-                name if name.eq_ignore_ascii_case("int") => format!(
-                    "; column {name} was read as their names: if it has totals, remove it or call it Int Total"
-                ),
-                name => format!("; their names are those of column {name}"),
-            };
-            let message = format!(
-                "none of the counted intersections ({}) is one of the table ({}); call them alike, for example with the \
-                 ids of --signals{column}",
-                few(self.intersections.iter().map(|(id, _)| id).collect()),
-                few(intersections.iter().map(|i| &i.id).collect())
-            );
-            return Err(at(&first.file, Fault { line: first.intervals[0].line, message }));
+            return Err(self.intersections[0].at_first(format!(
+                "none of the counted intersections ({}) is one of the table ({}); call them alike in a column INTID, the \
+                 title or the name of the file, for example with the ids of --signals",
+                few(unknown.iter().map(String::as_str).collect()),
+                few(intersections.iter().map(|i| i.id.as_str()).collect())
+            )));
         }
         Ok((rows, unknown))
+    }
+}
+
+impl CountedIntersection {
+    /// Returns an error at its first row.
+    fn at_first(&self, message: String) -> FamilyError {
+        at(&self.file, Fault { line: self.intervals[0].line, message })
     }
 }
 
@@ -328,59 +299,62 @@ fn quarters(hour: &Hour, heading: Heading, total: f64) -> Option<Arrivals> {
     (total > 0.0).then(|| Arrivals::QuarterHours(counted.map(|vehicles| vehicles * total / sum)))
 }
 
-impl Said {
-    /// Returns the busiest hour of an intersection, on working days where the period has some.
+impl Joining {
+    /// Returns the busiest hour of an intersection.
     fn hour(
         &mut self,
         counted: &CountedIntersection,
         id: &str,
         period: Option<&Period>,
-        month_first: bool,
     ) -> Result<Hour, Unfit> {
-        let days: BTreeSet<&str> = counted.intervals.iter().map(|i| i.day.as_str()).collect();
-        let is = |wanted: Option<bool>| {
-            let found = days.iter().filter(|day| days::is_weekend(day, month_first) == wanted);
-            found.copied().collect::<BTreeSet<&str>>()
-        };
-        let (weekends, unclear) = (is(Some(true)), is(None));
         let (from, to) = period.map_or((0, DAY_MIN), |p| (p.from_min, p.to_min));
-        let is_within = |row: &Interval| row.minute.is_none_or(|m| (from..to).contains(&m));
-        let mut within = counted.intervals.iter().filter(|row| is_within(row));
-        let has_working_days = within.any(|row| !weekends.contains(row.day.as_str()));
-        let left_out = match has_working_days && unclear.is_empty() {
-            true => weekends.clone(),
-            false => BTreeSet::new(),
+        let is_weekend = |row: &&Interval| {
+            row.day.is_some_and(|day| matches!(day.weekday(), Weekday::Saturday | Weekday::Sunday))
         };
-        let is_kept = |row: &&Interval| !left_out.contains(row.day.as_str());
-        let rows: Vec<_> = counted.intervals.iter().filter(is_kept).cloned().collect();
-        let hour = busiest(&rows, counted.said_min, period)?;
-        let at = period.map_or_else(
-            || format!("intersection {id}"),
-            |p| format!("intersection {id}, {}", p.name),
-        );
+        let is_within = |row: &Interval| row.minute.is_none_or(|m| (from..to).contains(&m));
+        let (weekends, working): (Vec<&Interval>, Vec<_>) =
+            counted.intervals.iter().partition(is_weekend);
+        let has_working_days = working.iter().any(|row| is_within(row));
+        let rows = if has_working_days { working } else { counted.intervals.iter().collect() };
+        let hour = busiest(&rows, period)?;
+        let of_period = period.map_or_else(String::new, |p| format!(", {}", p.name));
+        let at = format!("intersection {id}{of_period}");
+        let days: BTreeSet<_> = counted.intervals.iter().map(|row| row.day).collect();
         if days.len() > 1 {
-            let left_out = match left_out.len() {
-                0 => String::new(),
-                weekends => format!(", without weekends ({weekends})"),
+            let left_out = weekends.iter().map(|row| row.day).collect::<BTreeSet<_>>().len();
+            let left_out = match left_out {
+                weekends if has_working_days && weekends > 0 => {
+                    format!(", without weekends ({weekends})")
+                }
+                _ => String::new(),
             };
             let days =
                 if hour.days == 1 { "1 day".to_owned() } else { format!("{} days", hour.days) };
-            self.several_days.push(format!("{at}: {days}{left_out}"));
-            self.unclear_days.extend(unclear.first().map(|day| format!("{at}: {day:?}")));
+            self.said
+                .say("the hour is the mean of several days", format!("{at}: {days}{left_out}"));
         }
         if !has_working_days && !weekends.is_empty() {
-            self.weekend_only.push(at.clone());
+            let about = "the hour is one of a weekend, because no working day was counted then";
+            self.said.say(about, at.clone());
         }
         if hour.empty > 0 {
-            self.empty.push(format!("{at}: {} fields", hour.empty));
+            self.said.say(
+                "empty fields beside numbers count as nobody",
+                format!("{at}: {} fields", hour.empty),
+            );
         }
-        self.missing.extend(hour.missing.iter().map(|times| format!("{at}: {times}")));
-        self.repeated.extend(hour.repeated.iter().map(|day| format!("{at}: {day}")));
+        for times in &hour.missing {
+            let about = "rows are missing between others, so hours with them may have been busier; add them";
+            self.said.say(about, format!("{at}: {times}"));
+        }
         if hour.total() < FEW_VEHICLES {
-            self.few.push(format!("{at}: {:.1} vehicles", hour.total()));
+            self.said.say(
+                "the busiest hour has hardly any vehicle; counts may be shares or in thousands",
+                format!("{at}: {:.1} vehicles", hour.total()),
+            );
         }
         if hour.is_assumed {
-            self.one_row.push(at);
+            self.said.say("rows without a length, read as the vehicles of an hour", at);
         }
         Ok(hour)
     }
@@ -397,7 +371,7 @@ impl Said {
         let headings: Vec<Heading> = hour.headings().into_iter().collect();
         let matched = matched_arms(&headings, arms, &[]);
         if matched.is_ambiguous {
-            self.either_way.push(format!("intersection {}", intersection.id));
+            self.said.say("directions of the compass may belong to other arms, because the streets lie between them; compare the volumes", format!("intersection {}", intersection.id));
         }
         let has_arm = matched.arms.iter().any(Option::is_some);
         self.is_given |= has_arm;
@@ -423,7 +397,7 @@ impl Said {
             let back = vehicles(Towards::UTurn);
             let mut volumes = [Towards::Left, Towards::Through, Towards::Right].map(vehicles);
             let Some(arm) = *arm else {
-                self.no_arm.push(format!(
+                self.said.say("counted directions have no arm, and their vehicles are not simulated; correct the direction or bearing_deg", format!(
                     "{}: {:.0} veh/h",
                     at(*heading),
                     volumes.iter().sum::<f64>() + back
@@ -442,14 +416,17 @@ impl Said {
                 directions.ahead(*heading, &exits).filter(|_| volumes[1] > 0.0)
             {
                 let from = format!("where {other} comes from");
-                self.elsewhere.push(format!("{}: {:.0} veh/h to {from}", at(*heading), volumes[1]));
+                self.said.say("vehicles that go straight on leave by a street of another direction; compare bearing_deg and the counts", format!("{}: {:.0} veh/h to {from}", at(*heading), volumes[1]));
             }
             self.fit(&mut volumes, &ways, &at(*heading));
             if back > 0.0 && ways.contains(&across) {
                 volumes[across as usize] += back;
-                self.u_turns.push(format!("{}: {back:.0} veh/h", at(*heading)));
+                self.said.say(
+                    format!("U-turns count as {} turns", across.name()),
+                    format!("{}: {back:.0} veh/h", at(*heading)),
+                );
             } else if back > 0.0 {
-                self.no_exit.push(format!("{} U-turn: {back:.0} veh/h", at(*heading)));
+                self.said.say(NO_EXIT, format!("{} U-turn: {back:.0} veh/h", at(*heading)));
             }
             self.look_at_exits(hour, *heading, &volumes, &ways, &at(*heading));
             let mut exits_vph = None;
@@ -459,7 +436,7 @@ impl Said {
                     format!("{left:.0} left, {through:.0} through, {right:.0} right")
                 };
                 let (told, drawn) = (words(volumes), words(by_bearings));
-                self.bent.push(format!("{}: {told} are {drawn}", at(*heading)));
+                self.said.say("streets bend, so bearings call turns otherwise; the vehicles go to the exits that the names of directions say", format!("{}: {told} are {drawn}", at(*heading)));
                 (volumes, exits_vph) = (by_bearings, Some(by_exit));
             }
             self.add_letters(&mut arms[arm], &volumes, &at(*heading));
@@ -506,7 +483,9 @@ impl Said {
         arm_of.extend(headings.into_iter().zip(matched.arms));
         let anywhere = hour.pedestrians.get(&None).copied();
         if let Some(anywhere) = anywhere.filter(|anywhere| *anywhere > 0.0) {
-            self.divided_walkers.push(format!("intersection {}: {anywhere:.0}", intersection.id));
+            let about =
+                "pedestrians per hour without a direction are divided equally among the crosswalks";
+            self.said.say(about, format!("intersection {}: {anywhere:.0}", intersection.id));
         }
         let incoming = arms.iter().filter(|arm| arm.lanes_in > 0).count();
         // Nobody knows who crosses an arm that was not counted beside others.
@@ -516,22 +495,26 @@ impl Said {
         for (heading, count) in counted {
             match arm_of[&heading] {
                 Some(arm) => *per_h[arm].get_or_insert(0.0) += count,
-                None if count > 0.0 => self
-                    .no_crosswalk
-                    .push(format!("intersection {}, {heading}: {count:.0}", intersection.id)),
+                None if count > 0.0 => self.said.say("pedestrians cross an arm that does not lead to the signal, and are not simulated", format!("intersection {}, {heading}: {count:.0}", intersection.id)),
                 None => {}
             }
         }
+        let too_many = format!(
+            "more than {MOST_PEDESTRIANS_PER_H} pedestrians per hour cross an arm, and so many are simulated; give counts of \
+             an hour, not of a day"
+        );
         for (arm, per_h) in arms.iter_mut().zip(per_h) {
             let Some(counted) = arm.counted.as_mut().filter(|_| arm.lanes_in > 0) else { continue };
             let Some(per_h) = per_h else {
-                self.no_walkers.push(format!("intersection {}, arm {}", intersection.id, arm.arm));
+                self.said.say("pedestrians were counted on other arms only, and these have nobody who pushes a button", format!("intersection {}, arm {}", intersection.id, arm.arm));
                 continue;
             };
             counted.pedestrians_per_h = Some(per_h.min(MOST_PEDESTRIANS_PER_H));
             if per_h > MOST_PEDESTRIANS_PER_H {
-                self.too_many_walkers
-                    .push(format!("intersection {}, arm {}: {per_h:.0}", intersection.id, arm.arm));
+                self.said.say(
+                    too_many.as_str().to_owned(),
+                    format!("intersection {}, arm {}: {per_h:.0}", intersection.id, arm.arm),
+                );
             }
         }
     }
@@ -554,13 +537,13 @@ impl Said {
             let words = |[left, through, right]: &[f64; 3]| {
                 format!("{left:.0} left, {through:.0} through, {right:.0} right")
             };
-            self.renamed.push(format!("{at}: {} become {}", words(volumes), words(&renamed)));
+            self.said.say("counted turns are given to exits from left to right, because bearings call them otherwise", format!("{at}: {} become {}", words(volumes), words(&renamed)));
             *volumes = renamed;
             return;
         }
         for i in missing {
             let word = TURNS[i].name();
-            self.no_exit.push(format!("{at} {word}: {:.0} veh/h", volumes[i]));
+            self.said.say(NO_EXIT, format!("{at} {word}: {:.0} veh/h", volumes[i]));
             volumes[i] = 0.0;
         }
     }
@@ -581,11 +564,16 @@ impl Said {
             let word = TURNS[i].name();
             let is_counted = hour.vehicles.contains_key(&(heading, towards)) || volumes[i] > 0.0;
             if exits > 0 && !is_counted {
-                self.not_counted.push(format!("{at} {word}"));
+                self.said.say(
+                    "turns that exist were not counted, and have no vehicles",
+                    format!("{at} {word}"),
+                );
             }
             if exits > 1 && volumes[i] > 0.0 {
-                self.several_exits
-                    .push(format!("{at} {word}: {:.0} veh/h to {exits} exits", volumes[i]));
+                self.said.say(
+                    "turns with several exits divide their vehicles equally among them",
+                    format!("{at} {word}: {:.0} veh/h to {exits} exits", volumes[i]),
+                );
             }
         }
     }
@@ -603,84 +591,11 @@ impl Said {
                     's' => "through",
                     _ => "right",
                 };
-                self.added.push(format!("{at} {word}: {volume:.0} veh/h"));
+                self.said.say(
+                    "counted turns that the arm did not have are added to its movements",
+                    format!("{at} {word}: {volume:.0} veh/h"),
+                );
             }
         }
-    }
-
-    fn doubts(self, side: DrivingSide) -> Vec<Doubt> {
-        let u_turns = format!("U-turns count as {} turns", Turn::across(side).name());
-        let too_many_walkers = format!(
-            "more than {MOST_PEDESTRIANS_PER_H} pedestrians per hour cross an arm, and so many are simulated; give counts of \
-             an hour, not of a day"
-        );
-        let doubts = [
-            (
-                "counted directions have no arm, and their vehicles are not simulated; correct the direction or bearing_deg",
-                self.no_arm,
-            ),
-            (
-                "directions of the compass may belong to other arms, because the streets lie between them; compare the volumes",
-                self.either_way,
-            ),
-            ("counted turns that the arm did not have are added to its movements", self.added),
-            (
-                "counted turns are given to exits from left to right, because bearings call them otherwise",
-                self.renamed,
-            ),
-            (
-                "streets bend, so bearings call turns otherwise; the vehicles go to the exits that the names of directions say",
-                self.bent,
-            ),
-            (
-                "vehicles that go straight on leave by a street of another direction; compare bearing_deg and the counts",
-                self.elsewhere,
-            ),
-            ("counted turns have no exit, and their vehicles are not simulated", self.no_exit),
-            (u_turns.as_str(), self.u_turns),
-            ("turns that exist were not counted, and have no vehicles", self.not_counted),
-            (
-                "turns with several exits divide their vehicles equally among them",
-                self.several_exits,
-            ),
-            (
-                "the busiest hour has hardly any vehicle; counts may be shares or in thousands",
-                self.few,
-            ),
-            ("counted, but without a complete hour in the period", self.no_hour),
-            ("empty fields beside numbers count as nobody", self.empty),
-            (
-                "rows are missing between others, so hours with them may have been busier; add them",
-                self.missing,
-            ),
-            (
-                "times that the clock shows twice, at the end of summer time, do not count on that day",
-                self.repeated,
-            ),
-            ("the hour is the mean of several days", self.several_days),
-            (
-                "weekends are not told from working days, because dates are not understood; write all of them like 2026-11-05",
-                self.unclear_days,
-            ),
-            (
-                "the hour is one of a weekend, because no working day was counted then",
-                self.weekend_only,
-            ),
-            ("rows without a length, read as the vehicles of an hour", self.one_row),
-            (
-                "pedestrians per hour without a direction are divided equally among the crosswalks",
-                self.divided_walkers,
-            ),
-            (
-                "pedestrians cross an arm that does not lead to the signal, and are not simulated",
-                self.no_crosswalk,
-            ),
-            (
-                "pedestrians were counted on other arms only, and these have nobody who pushes a button",
-                self.no_walkers,
-            ),
-            (too_many_walkers.as_str(), self.too_many_walkers),
-        ];
-        doubts.into_iter().filter_map(|(about, rows)| Doubt::of(about, rows)).collect()
     }
 }

@@ -2,8 +2,8 @@
 
 use osm_signals::angle::turn_degrees;
 
-use super::header::Heading;
 use crate::family::approaches::Approach;
+use crate::vocabulary::Heading;
 use crate::vocabulary::MOST_OFF_DEG;
 
 /// Cost of a direction without an arm, as if it were so many degrees off.

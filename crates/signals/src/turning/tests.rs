@@ -1,13 +1,10 @@
 //! Tests of reading counts and giving them to arms.
 
-use std::borrow::Cow;
-
 use osm_signals::DrivingSide;
-use osm_signals::sources::Source;
 
 use super::join::comparable;
 use super::*;
-use crate::family::approaches::{Arrivals, Counted, Intersection, read};
+use crate::family::approaches::{Arrivals, Counted, Intersection, read, read_uncounted};
 
 const RIGHT: DrivingSide = DrivingSide::Right;
 
@@ -51,14 +48,14 @@ fn doubts(joined: &Joined) -> String {
 
 /// Two hours in quarters, of which the second of four is the busiest.
 fn quarters(id: &str) -> String {
-    let mut text = "Turning Movement Count,\n15 Minute Counts,\nDATE,TIME,INTID,NBL,NBT,NBR,SBL,SBT,SBR,EBL,EBT,EBR,WBL,\
+    let mut text = "DATE,TIME,INTID,NBL,NBT,NBR,SBL,SBT,SBR,EBL,EBT,EBR,WBL,\
                     WBT,WBR\n"
         .to_owned();
     for (k, time) in ["0700", "0715", "0730", "0745", "0800"].iter().enumerate() {
         let through = [5, 10, 20, 10, 10][k];
-        text += &format!("11/5/2026,=\"{time}\",{id},1,{through},2,0,7,*,1,9,0,0,8,3,\n");
+        text += &format!("11/5/2026,{time},{id},1,{through},2,0,7,*,1,9,0,0,8,3\n");
     }
-    text + "11/5/2026,Total,7,5,55,10,0,35,*,5,45,0,0,40,15,\n"
+    text
 }
 
 #[test]
@@ -74,12 +71,6 @@ fn the_busiest_hour_reaches_the_arms_that_vehicles_come_from() {
     assert_eq!(joined.approaches[3].movements, "srl");
     let said = doubts(&joined);
     assert!(said.contains("added to its movements (intersection 7, EB left: 4 veh/h)"), "{said}");
-    assert!(
-        said.contains(
-            "lines without a time or an intersection are passed over (line 9: 11/5/2026 Total)"
-        ),
-        "{said}"
-    );
 }
 
 #[test]
@@ -96,35 +87,6 @@ fn every_period_has_rows_of_its_own_and_what_was_not_counted_stays() {
     assert_eq!(of("am")[2..], [Some(50.0), Some(36.0), None, None]);
     assert_eq!(of("early")[2..4], [Some(45.0), Some(36.0)]);
     assert!(doubts(&joined).contains("in every period (intersection 8)"));
-}
-
-#[test]
-fn names_above_names_are_read_together_and_a_wrong_sum_is_said() {
-    let text = "Location:,Main St,,,,,,\n,Southbound,,,,Northbound,,\n,Main St,,,,Main St,,\nStart Time,Left,Thru,Right,\
-                App Total,Left,Thru,Right\n4:00 PM,1,2,3,6,4,5,6\n4:15 PM,1,2,3,6,4,5,6\n4:30 PM,1,2,3,9,4,5,6\n\
-                4:45 PM,1,2,3,6,4,5,6\nGrand Total,4,8,12,24,16,20,24\n";
-    let joined = counts(text).into_approaches(&cross(), &[], RIGHT).unwrap();
-    assert_eq!(volumes(&joined)[0], Some([4.0, 8.0, 12.0]));
-    assert_eq!(volumes(&joined)[2], Some([16.0, 20.0, 24.0]));
-    let said = doubts(&joined);
-    assert!(
-        said.contains(
-            "do not sum up to its column of totals; the turns count (line 7: SB 6 instead of 9)"
-        ),
-        "{said}"
-    );
-}
-
-#[test]
-fn trucks_beside_cars_and_percentages_give_shares_of_heavy_vehicles() {
-    let classes = "INTID,nb_cars_t,nb_truck_t,nb_bus_t,sb_cars_t\n7,90,6,4,50\n";
-    let joined = counts(classes).into_approaches(&cross(), &[], RIGHT).unwrap();
-    let south = joined.approaches[2].counted.unwrap();
-    assert_eq!((south.through_vph, south.heavy_vehicles), (100.0, Some(0.1)));
-    assert!(doubts(&joined).contains("read as the vehicles of an hour (intersection 7)"));
-    let percent = "INTID,NBL,NBT,NBR,NB HV %\n7,10,80,10,5\n";
-    let joined = counts(percent).into_approaches(&cross(), &[], RIGHT).unwrap();
-    assert_eq!(joined.approaches[2].counted.unwrap().heavy_vehicles, Some(0.05));
 }
 
 #[test]
@@ -212,112 +174,6 @@ fn mornings_and_evenings_may_be_in_files_of_their_own() {
 }
 
 #[test]
-fn a_week_is_the_mean_of_its_working_days() {
-    let mut text = "Date,Time,INTID,NBL,NBT,NBR\n".to_owned();
-    for (day, through) in [("11/6/2026", 100), ("11/7/2026", 900), ("11/9/2026", 300)] {
-        text += &format!("{day},17:00,7,0,{through},0\n{day},18:00,7,0,1,0\n");
-    }
-    let joined = counts(&text).into_approaches(&cross(), &[], RIGHT).unwrap();
-    assert_eq!(volumes(&joined)[2], Some([0.0, 200.0, 0.0]));
-    assert!(doubts(&joined).contains("intersection 7: 2 days, without weekends (1)"));
-}
-
-#[test]
-fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
-    assert!(
-        refused("a,b\n1,2\n")
-            .starts_with("c.csv, line 1: no line names movements; expected columns such as INTID")
-    );
-    assert_eq!(
-        refused("INTID,NBL,NBTR,NBT,NBR\n7,1,2,3,4\n"),
-        "c.csv, line 1: column NBTR counts several turns together; give each turn a column of its own"
-    );
-    assert_eq!(
-        refused("INTID,NBL,NBT,NBR\n7,1,many,3\n"),
-        "c.csv, line 2: \"many\" in column 3: write a number such as 40.78"
-    );
-    assert!(
-        refused("INTID,NBL,NBT,NBR\n7,1,-5,3\n")
-            .contains("-5 in column 3: expected a number from 0")
-    );
-    assert!(refused("INTID,NBL,NBT,NBR\n").contains("no row with counts"));
-    let network = refused(include_str!("../../tests/utdf/two-signals.csv"));
-    assert!(
-        network.contains("line 1: a network in UTDF, not a table of counts; give it with --utdf"),
-        "{network}"
-    );
-    let e = refused("Time,INTID,NBL,NBT,NBR\n7h15,7,1,2,3\n");
-    assert_eq!(e, "c.csv, line 2: time \"7h15\" is not understood; write it like 07:15");
-    for (columns, time) in
-        [("Time", "2026-11-05T13:15:00Z"), ("Date,Time", "2026-11-05,13:15+00:00")]
-    {
-        let e = refused(&northbound(columns, &[(time, 100)]));
-        assert!(
-            e.contains("c.csv, line 2: time ") && e.contains("is universal time; write local"),
-            "{e}"
-        );
-    }
-    for (columns, row) in [("Time,Time Zone", "13:15,UTC"), ("Time,UTC Offset", "13:15,0")] {
-        let e = refused(&northbound(columns, &[(row, 100)]));
-        assert!(e.contains("line 2: time in the zone") && e.contains("is universal time"), "{e}");
-    }
-    let e = refused(&format!("Time zone: UTC,,\n{}", northbound("Time", &[("13:15", 100)])));
-    assert!(e.contains("line 1: time in the zone \"UTC\" is universal time"), "{e}");
-    let e = refused(&northbound("Date,Time (UTC)", &[("2026-11-05,13:15", 100)]));
-    assert!(e.contains("line 1: column Time (UTC) has universal time; write local time"), "{e}");
-    let local = ["2026-11-05T00:00:00Z,07:15", "2026-11-05,07:15-06:00"].map(|row| (row, 100));
-    counts(&northbound("Date,Time", &local[..1]));
-    counts(&northbound("Date,Time", &local[1..]));
-    let e = refused("INTID,NBL,NBT,NBR,NBL\n7,1,2,3,4\n");
-    assert!(e.contains("columns NBL and NBL count the same"), "{e}");
-    let e = refused("INTID,NBL,NBT,NBR,NB Trucks\n7,1,2,3,4\n");
-    assert!(e.contains("column NB Trucks may count vehicles, and is not understood"), "{e}");
-    let e = refused("INTID,NBL,NBT,NBR RTOR,SBT\n7,1,2,3,4\n");
-    assert!(e.contains("column NBR RTOR may count vehicles, and is not"), "{e}");
-    let e = counts("INTID,Time,NBL,NBT,NBR\n7,07:00,1,2,3\n7,07:25,1,2,3\n")
-        .into_approaches(&cross(), &[], RIGHT)
-        .unwrap_err()
-        .to_string();
-    assert!(e.contains("line 3: 25 minutes after the row"), "{e}");
-    let e = refused("Period End,INTID,NBL,NBT,NBR\n07:15,7,1,2,3\n");
-    assert!(e.contains("ends of intervals only"), "{e}");
-    let twelve = "Time,INTID,NBL,NBT,NBR\n8:00,7,1,5,3\n9:00,7,1,5,3\n4:00,7,1,5,3\n5:00,7,1,5,3\n";
-    let e = counts(twelve).into_approaches(&cross(), &[], RIGHT).unwrap_err().to_string();
-    assert!(
-        e.contains(
-            "line 4: 04:00 comes after 09:00 on the same day; write 16:00 if it is the afternoon"
-        ),
-        "{e}"
-    );
-    let elsewhere = counts("INTID,NBL,NBT,NBR\n99,1,5,3\n")
-        .into_approaches(&cross(), &[], RIGHT)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        elsewhere.contains("none of the counted intersections (99) is one of the table (7)"),
-        "{elsewhere}"
-    );
-    let mut two = cross();
-    two.extend(table(&[("8", &[(0.0, ""), (180.0, "")])]));
-    two.extend(table(&[("007", &[(0.0, ""), (180.0, "")])]));
-    let either = counts("INTID,NBL,NBT,NBR\n7,1,5,3\n07,1,5,3\n").into_approaches(&two, &[], RIGHT);
-    assert_eq!(
-        either.unwrap_err().to_string(),
-        "c.csv, line 3: 07 may be intersection 007 or 7; call it exactly like one of them"
-    );
-    let nameless =
-        counts("NBL,NBT,NBR\n1,5,3\n").into_approaches(&two, &[], RIGHT).unwrap_err().to_string();
-    assert!(nameless.contains("add a column INTID"), "{nameless}");
-    let twice = counts("INTID,NBL,NBT,NBR\n7,1,5,3\n7,1,5,3\n")
-        .into_approaches(&cross(), &[], RIGHT)
-        .unwrap_err();
-    assert!(twice.to_string().contains("line 3: a second row of the same intersection"), "{twice}");
-    let quarter = "15 Minute Counts\nTIME,INTID,NBL,NBT,NBR\n1700,7,1,5,3\n";
-    let short = counts(quarter).into_approaches(&cross(), &[], RIGHT).unwrap_err().to_string();
-    assert!(short.contains("no hour is complete: rows of 15 minutes were counted"), "{short}");
-}
-
-#[test]
 fn names_are_compared_without_case_leading_zeros_and_what_separates_words() {
     let same = |a: &str, b: &str| comparable(a) == comparable(b);
     assert!(same("Main St / 5th Ave", "main-st_5TH  ave"));
@@ -326,177 +182,6 @@ fn names_are_compared_without_case_leading_zeros_and_what_separates_words() {
     for (a, b) in [("0", "7"), ("70", "7"), ("1-2", "12"), ("a07", "a7"), ("/", "-")] {
         assert!(!same(a, b), "{a} {b}");
     }
-}
-
-#[test]
-fn pedestrians_cross_the_arm_that_their_column_names_or_any() {
-    let walk = |text: &str| -> (Vec<Option<f64>>, String) {
-        let joined = counts(text).into_approaches(&cross(), &[], RIGHT).unwrap();
-        let walk = joined.approaches.iter().map(|a| a.counted.unwrap().pedestrians_per_h);
-        (walk.collect(), doubts(&joined))
-    };
-    let text = "INTID,Time,NBL,NBT,NBR,SBT,NB Peds,SB Peds CW,SB Peds CCW\n\
-                7,07:00,1,2,3,4,30,7,8\n7,08:00,0,0,1,0,1,1,1\n";
-    // North, east, south, west.
-    assert_eq!(walk(text).0, [Some(15.0), None, Some(30.0), None]);
-    let (of_any, said) = walk("INTID,NBL,NBT,NBR,PED\n7,1,2,3,20\n");
-    assert_eq!(of_any, [Some(5.0); 4]);
-    assert!(said.contains("divided equally among the crosswalks (intersection 7: 20)"), "{said}");
-    let without =
-        counts("INTID,NBL,NBT,SBT\n7,1,2,3\n").into_approaches(&cross(), &[], RIGHT).unwrap();
-    assert_eq!(without.approaches[0].counted.unwrap().pedestrians_per_h, None);
-}
-
-/// Rows of northbound through traffic below the names of their columns.
-fn northbound(first: &str, rows: &[(&str, u32)]) -> String {
-    let rows = rows.iter().map(|(row, through)| format!("{row},7,1,{through},1\n"));
-    format!("{first},INTID,NBL,NBT,NBR\n{}", rows.collect::<String>())
-}
-
-/// The northbound through vehicles of the crossing, in the first period.
-fn through(joined: &Joined) -> f64 {
-    joined.approaches[2].counted.unwrap().through_vph
-}
-
-/// A sheet of a workbook, with empty rows above.
-fn sheet(name: &str, text: &str, above: i64) -> Source<'static> {
-    Source {
-        bytes: Cow::Owned(text.as_bytes().to_vec()),
-        rows: ("row", above),
-        sheet: name.to_owned(),
-    }
-}
-
-#[test]
-fn every_sheet_that_names_movements_is_read() {
-    let mut counts = TurningCounts::default();
-    let sheets = [
-        sheet("Notes", "counted by hand\n", 0),
-        sheet("AM", &northbound("Time", &[("07:00", 100)]), 0),
-        sheet("PM", &northbound("Time", &[("16:00", 200)]), 0),
-    ];
-    counts.add_sheets(&sheets, "c.xlsx").unwrap();
-    let periods = ["am=06:00-09:00", "pm=15:00-18:00"].map(|p| p.parse().unwrap());
-    let joined = counts.into_approaches(&cross(), &periods, RIGHT).unwrap();
-    assert_eq!(through(&joined), 100.0);
-    assert_eq!(joined.approaches[6].counted.unwrap().through_vph, 200.0);
-    let said = doubts(&joined);
-    assert!(
-        said.contains("c.xlsx: sheets that name no movements are passed over (Notes)"),
-        "{said}"
-    );
-}
-
-#[test]
-fn sheets_are_named_in_messages_with_the_rows_of_the_workbook() {
-    let refused = |sheets: &[Source<'_>]| {
-        let mut counts = TurningCounts::default();
-        let read = counts.add_sheets(sheets, "c.xlsx");
-        let joined = read.and_then(|()| counts.into_approaches(&cross(), &[], RIGHT));
-        joined.unwrap_err().to_string()
-    };
-    let good = northbound("Time", &[("07:00", 100)]);
-    let e = refused(&[sheet("AM", &good, 0), sheet("PM", &northbound("Time", &[("4h", 1)]), 9)]);
-    assert!(e.starts_with("c.xlsx, sheet PM, line 11: time \"4h\" is not understood"), "{e}");
-    let e = refused(&[sheet("Cars", &good, 0), sheet("Trucks", &good, 0)]);
-    assert!(
-        e.contains("the same time as line 2; remove one of the two, or the sheet that has a part of the vehicles"),
-        "{e}"
-    );
-}
-
-#[test]
-fn a_date_may_have_a_time_beside_the_column_of_times() {
-    let minutes = ["7:00", "7:15", "7:30", "7:45"];
-    for day in ["11/5/2026 TIME", "11/5/2026 0:00", "46331.3", "7-Nov-2026"] {
-        let rows = minutes.map(|time| (format!("{},{time}", day.replace("TIME", time)), 25));
-        let rows: Vec<(&str, u32)> = rows.iter().map(|(row, n)| (row.as_str(), *n)).collect();
-        let joined = counts(&northbound("Date,Time", &rows));
-        let joined = joined.into_approaches(&cross(), &[], RIGHT).unwrap();
-        assert_eq!(through(&joined), 100.0, "{day}");
-    }
-    let german = counts(&northbound("Date", &[("5.11.2026", 100), ("6.11.2026", 300)]));
-    let e = german.into_approaches(&cross(), &[], RIGHT).unwrap_err().to_string();
-    assert!(e.contains("line 3: a second row of the same intersection"), "{e}");
-}
-
-#[test]
-fn times_after_midnight_may_have_points() {
-    let rows = [("0.00", 10), ("0.15", 20), ("0.30", 30), ("0.45", 40)];
-    let joined = counts(&northbound("Time", &rows)).into_approaches(&cross(), &[], RIGHT).unwrap();
-    assert_eq!(through(&joined), 100.0);
-}
-
-#[test]
-fn the_end_of_summer_time_is_told_by_the_zone_of_the_times() {
-    let offsets = [
-        "2026-11-01T00:00:00-06:00", "2026-11-01T01:00:00-06:00", "2026-11-01T01:00:00-07:00",
-        "2026-11-01T02:00:00-07:00",
-    ];
-    let names = ["00:00,BST", "01:00,BST", "01:00,GMT", "02:00,GMT"];
-    for (columns, times, day) in
-        [("Time", offsets, "2026-11-01, 2 rows"), ("Time,Time Zone", names, "2 rows")]
-    {
-        let rows: Vec<(&str, u32)> = times.into_iter().zip([10, 900, 800, 20]).collect();
-        let joined = counts(&northbound(columns, &rows));
-        let joined = joined.into_approaches(&cross(), &[], RIGHT).unwrap();
-        assert_eq!(through(&joined), 20.0, "{columns}");
-        let said = doubts(&joined);
-        let twice = format!("do not count on that day (intersection 7: {day})");
-        assert!(said.contains(&twice), "{said}");
-    }
-}
-
-#[test]
-fn of_several_columns_of_times_the_local_one_counts() {
-    for columns in ["Time (UTC),Local Time", "Timestamp,Local Time", "UTC Time,Time"] {
-        let joined = counts(&northbound(columns, &[("13:15:00Z,07:15", 100)]));
-        let joined = joined.into_approaches(&cross(), &[], RIGHT).unwrap();
-        assert_eq!(joined.found[1], "  busiest hour 07:15 to 08:15, 102 vehicles", "{columns}");
-        let unused = columns.split(',').next().unwrap();
-        let said = doubts(&joined);
-        assert!(said.contains(&format!("columns that are not used: {unused}")), "{said}");
-    }
-}
-
-#[test]
-fn dates_that_are_not_understood_leave_weekends_in_and_are_said() {
-    let rows = [("11/7/2026,07:00", 100), ("day 2,07:00", 300)];
-    let joined = counts(&northbound("Date,Time", &rows));
-    let joined = joined.into_approaches(&cross(), &[], RIGHT).unwrap();
-    assert_eq!(through(&joined), 200.0);
-    let said = doubts(&joined);
-    assert!(
-        said.contains("write all of them like 2026-11-05 (intersection 7: \"day 2\")"),
-        "{said}"
-    );
-}
-
-#[test]
-fn one_intersection_shows_for_all_whether_the_day_comes_first() {
-    let mut intersections = cross();
-    intersections.extend(table(&[("8", &[(0.0, ""), (180.0, "")])]));
-    // Day first, the 8th of November is a Sunday; month first, the 11th of August is none.
-    let text = "Date,Time,INTID,NBL,NBT,NBR\n6/11/2026,07:00,7,1,100,1\n8/11/2026,07:00,7,1,900,1\n\
-                13/11/2026,07:00,8,1,100,1\n";
-    let joined = counts(text).into_approaches(&intersections, &[], RIGHT).unwrap();
-    assert_eq!(through(&joined), 100.0);
-}
-
-#[test]
-fn a_weekend_counts_in_a_period_without_working_days() {
-    let rows = [("11/6/2026,07:00", 100), ("11/7/2026,16:00", 200)];
-    let periods = ["pm=15:00-18:00", "am=06:00-09:00"].map(|p| p.parse().unwrap());
-    let joined = counts(&northbound("Date,Time", &rows));
-    let joined = joined.into_approaches(&cross(), &periods, RIGHT).unwrap();
-    assert_eq!(through(&joined), 200.0);
-    let said = doubts(&joined);
-    assert!(
-        said.contains(
-            "one of a weekend, because no working day was counted then (intersection 7, pm)"
-        ),
-        "{said}"
-    );
 }
 
 #[test]
@@ -557,30 +242,6 @@ fn pedestrians_beyond_what_is_simulated_are_said() {
 }
 
 #[test]
-fn words_that_look_like_counts_are_none() {
-    for title in ["15 Minute Counts", "Minneapolis, 15 min", "15-mins", "15 minutes each"] {
-        assert_eq!(minutes_of_title(title), Some(15), "{title}");
-    }
-    for title in ["Hwy 5 Minneapolis", "Hwy 5 minster", "Counts"] {
-        assert_eq!(minutes_of_title(title), None, "{title}");
-    }
-    // A title between two tables.
-    let tables = [("07:00", 100), ("08:00", 50)].map(|row| northbound("Time", &[row]));
-    let text = tables.join("5th Avenue counts\n");
-    let joined = counts(&text).into_approaches(&cross(), &[], RIGHT).unwrap();
-    assert_eq!(through(&joined), 100.0);
-    assert!(doubts(&joined).contains("(line 3: 5th Avenue counts)"), "{}", doubts(&joined));
-    // Net is a sum beside other streets, and traffic beside the rest of its street.
-    let net = counts("INTID,NBL,NBT,NBR,Net\n7,1,100,1,102\n");
-    let net = net.into_approaches(&cross(), &[], RIGHT).unwrap();
-    assert!(doubts(&net).contains("columns that are not used: Net"), "{}", doubts(&net));
-    let diagonal = table(&[("7", &[(45.0, ""), (135.0, ""), (225.0, "")])]);
-    let net = counts("INTID,NEL,NET,NER\n7,0,100,0\n");
-    let net = net.into_approaches(&diagonal, &[], RIGHT).unwrap();
-    assert_eq!(volumes(&net)[2], Some([0.0, 100.0, 0.0]));
-}
-
-#[test]
 fn heavy_vehicles_and_the_peak_hour_factor_stay_where_the_counts_have_none() {
     let mut arms = cross();
     let before = Counted {
@@ -600,44 +261,6 @@ fn heavy_vehicles_and_the_peak_hour_factor_stay_where_the_counts_have_none() {
 }
 
 #[test]
-fn sums_of_pedestrians_are_not_added_to_their_parts() {
-    let people = |columns: &str, row: &str| {
-        let counts = counts(&format!("INTID,NBL,NBT,NBR,{columns}\n7,1,2,3,{row}\n"));
-        let joined = counts.into_approaches(&cross(), &[], RIGHT).unwrap();
-        (joined.approaches[2].counted.unwrap().pedestrians_per_h, doubts(&joined))
-    };
-    let (both_ways, said) = people("NB Peds CW,NB Peds CCW,NB Peds Total", "10,15,25");
-    assert_eq!(both_ways, Some(25.0));
-    assert!(said.contains("columns that are not used: NB Peds Total"), "{said}");
-    assert_eq!(people("NB Peds CW,NB Peds Total", "10,25").0, Some(25.0));
-    let (all, said) = people("NB Peds,PEDS", "10,10");
-    assert!(all == Some(10.0) && said.contains("not used: PEDS"), "{said}");
-    let e = refused("INTID,NBL,NBT,NBR,SBT,NB Peds,PEDS\n7,1,2,3,4,5,9\n");
-    assert!(e.contains("column PEDS may be the sum of NB Peds and others; remove it"), "{e}");
-    let e = refused("INTID,NBL,NBT,NBR,NB Peds,Northbound Peds\n7,1,2,3,4,5\n");
-    assert!(e.contains("columns NB Peds and Northbound Peds count the same"), "{e}");
-}
-
-#[test]
-fn heavy_vehicles_that_may_be_something_else_are_refused() {
-    let e = refused("INTID,NBL,NBT,NBR,NB HV\n7,100,400,50,33\n");
-    assert!(e.contains("column NB HV may have percentages or numbers of heavy vehicles"), "{e}");
-    assert!(e.contains("call it NB HV % or NB HV count"), "{e}");
-    let e = refused("INTID,NBL,NBT,NBR,NB HV count,NB HV percent\n7,100,400,50,20,5\n");
-    assert!(e.contains("columns NB HV count and NB HV percent count the same"), "{e}");
-    let count = counts("INTID,NBL,NBT,NBR,NB HV count\n7,100,400,50,33\n");
-    let joined = count.into_approaches(&cross(), &[], RIGHT).unwrap();
-    assert_eq!(joined.approaches[2].counted.unwrap().heavy_vehicles, Some(0.06));
-    let e = refused("INTID,NBL,NBT,NBR,NB HV count\n7,1,2,3,33\n");
-    assert!(e.contains("line 2: 33 heavy vehicles NB, but 6 vehicles there"), "{e}");
-    let e = refused("INTID,NBL,NBT,NBR,NB Trucks Thru\n7,100,400,50,40\n");
-    assert!(e.contains("column NBT may contain the vehicles of NB Trucks Thru; if it does not, call it NBT Cars"), "{e}");
-    let classes = counts("INTID,NBL,NBT Cars,NBR,NB Trucks Thru\n7,100,360,50,40\n");
-    let joined = classes.into_approaches(&cross(), &[], RIGHT).unwrap();
-    assert_eq!(through(&joined), 400.0);
-}
-
-#[test]
 fn directions_that_no_arm_has_are_named_with_the_arms() {
     let mut arms = cross();
     for (arm, name) in arms[0].arms.iter_mut().zip(["NE Oak", "SW Oak", "SE Main", "NW Main"]) {
@@ -649,27 +272,268 @@ fn directions_that_no_arm_has_are_named_with_the_arms() {
     assert!(e.contains(expected), "{e}");
 }
 
-#[test]
-fn an_int_that_is_no_intersection_is_named_and_hours_that_overlap_are_refused() {
-    let int = counts("NBL,NBT,NBR,Int\n10,80,6,96\n").into_approaches(&cross(), &[], RIGHT);
-    let e = int.unwrap_err().to_string();
-    assert!(
-        e.contains("(96) is one of the table (7)") && e.contains("column Int was read as"),
-        "{e}"
-    );
-    let rolling = northbound("Time", &[("7:00-8:00", 100), ("7:15-8:15", 110)]);
-    let e = counts(&rolling).into_approaches(&cross(), &[], RIGHT).unwrap_err().to_string();
-    assert!(e.contains("line 3: begins at 07:15, before the row of line 2 ends at 08:00"), "{e}");
-    let e = refused("INTID,NBL,NBT,NBR,NBRTOR\n7,1,2,3,4\n");
-    assert!(e.contains("column NBRTOR may count vehicles, and is not understood"), "{e}");
+const SHEETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/count-sheets");
+
+/// Sheets of `tests/count-sheets`, given to the first of so many corners.
+fn joined(names: &[&str], corners: usize) -> Result<Joined, FamilyError> {
+    let approaches = std::fs::read_to_string(format!("{SHEETS}/approaches.csv")).unwrap();
+    let mut all = read_uncounted(&approaches, "approaches.csv").unwrap();
+    all.truncate(corners);
+    let files: Vec<PathBuf> = names.iter().map(|name| Path::new(SHEETS).join(name)).collect();
+    TurningCounts::read(&files, None)?.into_approaches(&all, &[], RIGHT)
+}
+
+/// What was counted on the arms of the first corner, which are north, east, south, west.
+fn corner<T>(joined: &Joined, of: fn(Counted) -> T) -> Vec<T> {
+    joined.approaches[..4].iter().map(|arm| of(arm.counted.unwrap())).collect()
 }
 
 #[test]
-fn columns_of_totals_may_be_called_app_and_int() {
-    let text = ",Northbound,,,,Southbound,,,,\nTime,R,T,L,App,R,T,L,App,Int\n7:00,1,80,3,84,4,50,6,60,144\n";
-    let joined = counts(text).into_approaches(&cross(), &[], RIGHT).unwrap();
+fn sheets_of_vendors_and_cities_have_the_volumes_of_all_classes() {
+    let all = [[35.0, 286.0, 56.0], [31.0, 164.0, 48.0], [60.0, 392.0, 31.0], [89.0, 204.0, 27.0]];
+    let lights =
+        [[33.0, 266.0, 52.0], [21.0, 108.0, 31.0], [40.0, 258.0, 21.0], [58.0, 135.0, 18.0]];
+    for (name, expected) in [
+        ("time-in-upper-heading.csv", all),
+        ("vendor.xlsx", all),
+        ("vendor-with-peak-sheet.xlsx", all),
+        ("vendor-with-classes.xlsx", all),
+        ("heavy-of-intersection.csv", all),
+        ("heavy-count-and-percent.csv", all),
+        ("peds-by-leg.csv", all),
+        ("peds-by-walking-direction.csv", all),
+        ("peds-with-sum.csv", all),
+        // One truck per turn and quarter beside the cars.
+        ("classes-as-columns.csv", all.map(|arm| arm.map(|n| n + 4.0))),
+        ("approach-class-turn.csv", all),
+        ("long-rows.csv", lights),
+    ] {
+        let corners = if name.starts_with("time-in") { 1 } else { 2 };
+        let joined = joined(&[name], corners).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let found = corner(&joined, |c| [c.left_vph, c.through_vph, c.right_vph]);
+        assert_eq!(found, expected, "{name}: {}", doubts(&joined));
+    }
+}
+
+#[test]
+fn heavy_vehicles_come_from_classes_numbers_or_percentages() {
+    let shares = |name: &str| {
+        let heavy = corner(&joined(&[name], 2).unwrap(), |c| c.heavy_vehicles.unwrap());
+        heavy.into_iter().map(|share| (share * 1e4).round() / 1e4).collect::<Vec<_>>()
+    };
+    // Trucks and buses of an hour, 80 of 1423, numbers beside percentages, and the classes below the rows.
     assert_eq!(
-        (volumes(&joined)[2], volumes(&joined)[0]),
-        (Some([3.0, 80.0, 1.0]), Some([6.0, 50.0, 4.0]))
+        shares("approach-class-turn.csv"),
+        [16.0 / 377.0, 16.0 / 243.0, 16.0 / 483.0, 16.0 / 320.0]
+            .map(|x: f64| (x * 1e4).round() / 1e4)
     );
+    assert_eq!(shares("heavy-of-intersection.csv"), [0.0562; 4]);
+    assert_eq!(shares("heavy-count-and-percent.csv"), [0.0265, 0.0329, 0.0414, 0.0281]);
+    for name in ["vendor.xlsx", "vendor-with-classes.xlsx"] {
+        assert_eq!(shares(name), [0.0507, 0.0497, 0.0498, 0.0497], "{name}");
+    }
+    let said = doubts(&joined(&["heavy-count-and-percent.csv"], 2).unwrap());
+    assert!(said.contains("columns that are not used (NB HV %)"), "{said}");
+}
+
+#[test]
+fn people_cross_the_leg_or_the_approach_that_their_column_names() {
+    for (name, expected) in [
+        ("peds-by-leg.csv", [Some(1.0), Some(3.0), Some(2.0), Some(4.0)]),
+        ("peds-with-sum.csv", [Some(2.0), Some(4.0), Some(1.0), Some(3.0)]),
+        // Seven each way in a quarter, without the sum.
+        ("peds-by-walking-direction.csv", [Some(28.0), None, Some(44.0), None]),
+        ("vendor.xlsx", [Some(20.0); 4]),
+    ] {
+        let joined = joined(&[name], 2).unwrap();
+        assert_eq!(corner(&joined, |c| c.pedestrians_per_h), expected, "{name}");
+    }
+    let any = counts("INTID,NBL,NBT,NBR,PED\n7,1,2,3,20\n").into_approaches(&cross(), &[], RIGHT);
+    let any = any.unwrap().approaches.into_iter().map(|a| a.counted.unwrap().pedestrians_per_h);
+    assert_eq!(any.collect::<Vec<_>>(), [Some(5.0); 4]);
+}
+
+#[test]
+fn sheets_that_repeat_others_are_named_and_an_intersection_may_be_called_by_its_file() {
+    let said = doubts(&joined(&["vendor-with-peak-sheet.xlsx"], 2).unwrap());
+    assert!(
+        said.contains("sheets that are not used (Summary; AM Peak (7.30 AM - 8.30 AM))"),
+        "{said}"
+    );
+    let said = doubts(&joined(&["vendor-with-classes.xlsx"], 2).unwrap());
+    assert!(said.contains("Lights") && said.contains("Mediums"), "{said}");
+    let folder = tempfile::tempdir().unwrap();
+    for (name, through) in [("7", 100), ("main st - 8", 200), ("~$7", 1)] {
+        let text = format!("Time,NBL,NBT,NBR\n07:00,1,{through},1\n");
+        std::fs::write(folder.path().join(format!("{name}.csv")), text).unwrap();
+    }
+    let mut two = cross();
+    two.extend(table(&[("Main St 8", &[(0.0, ""), (180.0, "")])]));
+    let counts = TurningCounts::read(&files(&[folder.path().into()]).unwrap(), None).unwrap();
+    let joined = counts.into_approaches(&two, &[], RIGHT).unwrap();
+    let through = |arm: usize| joined.approaches[arm].counted.unwrap().through_vph;
+    assert_eq!((through(2), through(5)), (100.0, 200.0));
+}
+
+#[test]
+fn a_table_that_fits_no_layout_is_answered_with_its_rows_and_a_layout_to_fill_in() {
+    let text = "Kreuzung;Zeit;N links;N gerade;S links;S gerade\n7;07:00;1;2;3;4\n";
+    let e = refused(text);
+    for expected in ["c.csv, line 1: no layout", "Kreuzung,Zeit", "vehicles = [", "--counts-layout"]
+    {
+        assert!(e.contains(expected), "{expected}: {e}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let [file, layout] = ["c.csv", "l.toml"].map(|name| folder.path().join(name));
+    std::fs::write(&file, text.replace("links", "L").replace("gerade", "T")).unwrap();
+    std::fs::write(
+        &layout,
+        "[columns]\nintersection = [\"Kreuzung\"]\ntime = [\"Zeit\"]\nvehicles = [\"{leg} {turn}\"]\n",
+    )
+    .unwrap();
+    let counts = TurningCounts::read(&[file.clone()], Some(&layout)).unwrap();
+    let joined = counts.into_approaches(&cross(), &[], RIGHT).unwrap();
+    assert_eq!(volumes(&joined)[0], Some([1.0, 2.0, 0.0]), "vehicles from the north go south");
+    std::fs::write(&layout, "[columns]\nvehicle = []\n").unwrap();
+    let e = TurningCounts::read(&[file], Some(&layout)).unwrap_err().to_string();
+    assert!(e.contains("l.toml, line 1: not a layout of counts: unknown variant `vehicle`"), "{e}");
+}
+
+#[test]
+fn columns_that_may_count_vehicles_are_refused() {
+    for (columns, why) in [
+        ("NBL,NBT,NBR,NBRTOR", "column NBRTOR may count vehicles"),
+        ("NBL,NBT,NBR,NB HV", "column NB HV may count vehicles"),
+        ("NBL,NBT,NBR,NB Trucks Thru", "column NB Trucks Thru may count vehicles"),
+        ("NBL,NBTR,NBT,NBR", "column NBTR may count vehicles"),
+        ("NBL,NBT,NBR,Net", "column Net may count vehicles"),
+        ("NBL,NBT,NBR,UTC Time", "column UTC Time may count vehicles"),
+        ("NBL,NBT,NBR,NB Left", "columns NBL and NB Left count the same"),
+        (
+            "NBL,NBT,NBR,NB Peds,Northbound Peds",
+            "columns NB Peds and Northbound Peds count the same",
+        ),
+    ] {
+        let cells = columns.split(',').map(|_| "1").collect::<Vec<_>>().join(",");
+        let e = refused(&format!("INTID,{columns}\n7,{cells}\n"));
+        assert!(e.contains(why), "{columns}: {e}");
+    }
+    let diagonal = table(&[("7", &[(45.0, ""), (135.0, ""), (225.0, "")])]);
+    let net = counts("INTID,NEL,NET,NER\n7,0,100,0\n").into_approaches(&diagonal, &[], RIGHT);
+    assert_eq!(volumes(&net.unwrap())[2], Some([0.0, 100.0, 0.0]));
+}
+
+#[test]
+fn times_and_dates_are_local_and_have_forms_of_the_layout() {
+    for (columns, rows) in [
+        ("Date,Time", ["11/5/2026,7:00 AM", "11/5/2026,8:00 a.m."]),
+        ("Date,Time", ["2026-11-05 00:00:00,0700", "2026-11-05 00:00:00,0800"]),
+        ("Time", ["46331.29166666666", "46331.33333333334"]),
+        ("Time", ["2026-11-05T07:00:00", "2026-11-05T08:00:00"]),
+        ("Time", ["07:00 - 08:00", "08:00 - 09:00"]),
+        ("Date,Time", ["5-Nov-2026,\"=\"\"07:00\"\"\"", "5-Nov-2026,7:60 PM"]),
+    ] {
+        let text = |rows: &[&str]| {
+            let row = |(row, n): (&&str, u32)| format!("{row},7,1,{n},1\n");
+            let rows: String = rows.iter().zip([100, 50]).map(row).collect();
+            format!("{columns},INTID,NBL,NBT,NBR\n{rows}")
+        };
+        if rows[1].contains("7:60") {
+            assert!(refused(&text(&rows)).contains("line 3: time \"7:60 PM\" is not understood"));
+            continue;
+        }
+        let joined = counts(&text(&rows)).into_approaches(&cross(), &[], RIGHT).unwrap();
+        assert_eq!(joined.found[1], "  busiest hour 07:00 to 08:00, 102 vehicles", "{rows:?}");
+        assert_eq!(joined.approaches[2].counted.unwrap().arrivals, None);
+    }
+    for time in ["2026-11-05T13:15:00Z", "07:15-06:00", "13:15+00:00", "25:00", "7h15"] {
+        let e = refused(&format!("Time,INTID,NBL,NBT,NBR\n{time},7,1,2,3\n"));
+        assert!(e.contains("is not understood; write it like 07:15, in local time"), "{e}");
+    }
+    let rolling = "Time,INTID,NBL,NBT,NBR\n7:00-8:00,7,1,2,3\n7:15-8:15,7,1,2,3\n";
+    let e = counts(rolling).into_approaches(&cross(), &[], RIGHT).unwrap_err().to_string();
+    assert!(e.contains("line 2: its time has another length"), "{e}");
+}
+
+#[test]
+fn weekends_count_only_where_no_working_day_was_counted() {
+    let rows = [
+        ("11/6/2026,07:00", 100),
+        ("11/7/2026,07:00", 900),
+        ("11/9/2026,07:00", 300),
+        ("11/7/2026,16:00", 200),
+    ];
+    let rows: String = rows.iter().map(|(row, n)| format!("{row},7,0,{n},0\n")).collect();
+    let counts = counts(&format!("Date,Time,INTID,NBL,NBT,NBR\n{rows}"));
+    let periods = ["am=06:00-09:00", "pm=15:00-18:00"].map(|p| p.parse().unwrap());
+    let joined = counts.into_approaches(&cross(), &periods, RIGHT).unwrap();
+    let through: Vec<f64> =
+        [2, 6].map(|arm: usize| joined.approaches[arm].counted.unwrap().through_vph).into();
+    assert_eq!(through, [200.0, 200.0]);
+    let said = doubts(&joined);
+    assert!(said.contains("intersection 7, am: 2 days, without weekends (1)"), "{said}");
+    assert!(
+        said.contains(
+            "one of a weekend, because no working day was counted then (intersection 7, pm)"
+        ),
+        "{said}"
+    );
+}
+
+#[test]
+fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
+    for (text, why) in [
+        (
+            "INTID,NBL,NBT,NBR\n7,1,many,3\n",
+            "c.csv, line 2: \"many\" in column 3: write a number such as 40.78",
+        ),
+        ("INTID,NBL,NBT,NBR\n7,1,-5,3\n", "-5 in column 3: expected a number from 0"),
+        ("INTID,NBL,NBT,NBR\n", "no row with counts"),
+        (
+            "INTID,NBL,NBT,NBR\n7,1,5,3\n7,1,5,3\n",
+            "line 3: the same time as line 2 for NB; remove one of the two",
+        ),
+        (
+            "INTID,NBL,NBT,NBR,NB HV count\n7,1,2,3,33\n",
+            "line 2: 33 heavy vehicles NB, but 6 vehicles there",
+        ),
+        (
+            include_str!("../../tests/utdf/two-signals.csv"),
+            "a network in UTDF, not a table of counts; give it with --utdf",
+        ),
+        (
+            "study_name,entry_dir_name,movement,classification,volume\n7,N,left,Trams,3\n",
+            "the class \"Trams\" is in no list of the layout",
+        ),
+    ] {
+        let e = refused(text);
+        assert!(e.contains(why), "{why}: {e}");
+    }
+    let wrong = |text: &str, table: &[Intersection]| {
+        counts(text).into_approaches(table, &[], RIGHT).unwrap_err().to_string()
+    };
+    let e = wrong("INTID,NBL,NBT,NBR\n99,1,5,3\n", &cross());
+    assert!(e.contains("none of the counted intersections (99) is one of the table (7)"), "{e}");
+    let mut two = cross();
+    two.extend(table(&[("007", &[(0.0, ""), (180.0, "")])]));
+    let e = wrong("INTID,NBL,NBT,NBR\n07,1,5,3\n", &two);
+    assert_eq!(
+        e,
+        "c.csv, line 2: 07 may be intersection 007 or 7; call it exactly like one of them"
+    );
+    let e = wrong("INTID,Time,NBL,NBT,NBR\n7,07:00,1,2,3\n7,07:25,1,2,3\n", &cross());
+    assert!(e.contains("line 3: 25 minutes after the row"), "{e}");
+}
+
+#[test]
+fn totals_and_titles_are_passed_over_and_wrong_sums_are_said() {
+    let text = "Location:,Main St,,,,,,\n,Southbound,,,,Northbound,,\n,Main St,,,,Main St,,\nStart Time,Left,Thru,Right,\
+                App Total,Left,Thru,Right\n4:00 PM,1,2,3,6,4,5,6\n4:15 PM,1,2,3,6,4,5,6\n4:30 PM,1,2,3,9,4,5,6\n\
+                4:45 PM,1,2,3,6,4,5,6\nGrand Total,4,8,12,24,16,20,24\n";
+    let joined = counts(text).into_approaches(&cross(), &[], RIGHT).unwrap();
+    assert_eq!(volumes(&joined)[0], Some([4.0, 8.0, 12.0]));
+    assert_eq!(volumes(&joined)[2], Some([16.0, 20.0, 24.0]));
+    let said = doubts(&joined);
+    assert!(said.contains("the turns count (line 7: SB 6 instead of 9)"), "{said}");
+    assert!(said.contains("passed over (line 9: Grand Total 4)"), "{said}");
 }

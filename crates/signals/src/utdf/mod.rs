@@ -1,8 +1,8 @@
 //! UTDF, the Universal Traffic Data Format of Synchro: streets, volumes and timing of intersections as tables of text.
 //!
-//! Read are the combined file of versions 7 and 8, whose sections begin with a name in brackets, and the files of version 6,
-//! one per section, which their columns tell apart. Columns are found by their names. An empty cell means "not applicable",
-//! and a star before a value that somebody entered it in place of the computed one.
+//! Read is the combined file of versions 7 and 8, whose sections begin with a name in brackets. Columns are found by their
+//! names. An empty cell means "not applicable", and a star before a value that somebody entered it in place of the computed
+//! one.
 //!
 //! [`Utdf::intersections`] makes approaches and plans of it, and [`to_utdf`] writes plans.
 
@@ -31,62 +31,48 @@ use streets::{HALF_WALK, NO_PLAN};
 use tables::{START, Tables};
 pub use write::to_utdf;
 
-/// A network in UTDF, from one or more files.
+/// A network in UTDF.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Utdf {
     tables: Tables,
-    /// The files; messages about the whole name the first one.
-    files: Vec<String>,
+    /// The file.
+    file: String,
     /// Side that traffic keeps to, which the format does not say.
     side: DrivingSide,
 }
 
 impl Utdf {
-    /// Reads the files of a network: the combined one, or those of version 6.
+    /// Reads the file of a network.
     ///
     /// # Errors
     ///
     /// [`FamilyError::Csv`] with file and line: no UTDF, a record that stands twice, no lanes.
-    pub fn read<P: AsRef<Path>>(paths: &[P]) -> Result<Self, FamilyError> {
-        let mut all = Self::default();
-        for path in paths {
-            let path = path.as_ref();
-            let name = path.display().to_string();
-            let bytes = file::read(path, file::TABLE_BYTES).map_err(FileError::at("read", path))?;
-            all.add(&bytes, &name)?;
-        }
-        all.complete()?;
-        Ok(all)
+    pub fn read(path: &Path) -> Result<Self, FamilyError> {
+        let mut network = Self::default();
+        let bytes = file::read(path, file::TABLE_BYTES).map_err(FileError::at("read", path))?;
+        network.add(&bytes, &path.display().to_string())?;
+        network.complete()?;
+        Ok(network)
     }
 
-    /// Adds a file; its name is for messages.
+    /// Takes the text of a file; its name is for messages.
     ///
     /// # Errors
     ///
     /// As [`Utdf::read`].
     pub fn add(&mut self, bytes: &[u8], file: &str) -> Result<(), FamilyError> {
         let lines = uneven::lines(bytes).map_err(|fault| at(file, fault))?;
-        if crate::turning::names_movements(&lines)
-            && !is_utdf(bytes)
-            && !tables::has_records(&lines)
-        {
+        if !is_utdf(bytes) && crate::turning::names_movements(&lines) {
             let message = "a table of turning counts, no network; give it with --turning-counts beside --utdf";
             return Err(at(file, Fault { line: 1, message: message.to_owned() }));
         }
-        self.files.push(file.to_owned());
-        self.tables.add(&lines, self.files.len() - 1).map_err(|fault| self.wrong(fault))
+        file.clone_into(&mut self.file);
+        self.tables.add(&lines).map_err(|fault| self.wrong(fault))
     }
 
-    /// Returns the first file, which stands for the whole.
-    fn file(&self) -> &str {
-        self.files.first().map_or("", String::as_str)
-    }
-
-    /// Returns the error for what is wrong in one of the files.
     fn wrong(&self, fault: tables::Fault) -> FamilyError {
-        let tables::Fault { spot, message } = fault;
-        let file = self.files.get(spot.file).map_or("", String::as_str);
-        at(file, Fault { line: spot.line, message })
+        let tables::Fault { line, message } = fault;
+        at(&self.file, Fault { line, message })
     }
 
     /// Returns a scenario of the network's signals, which turning counts may be given to.
@@ -102,7 +88,7 @@ impl Utdf {
         mut self,
         overrides: &[Override],
     ) -> Result<(Uncounted, Converted), FamilyError> {
-        let stem = Path::new(self.file()).file_stem().unwrap_or_default();
+        let stem = Path::new(&self.file).file_stem().unwrap_or_default();
         let name = safe_id(&stem.to_string_lossy());
         let text = format!(
             "name = \"{name}\"\ntitle = \"Signals of {name}, from UTDF\"\n\n[family]\napproaches = \"approaches.csv\"\n"
@@ -115,7 +101,7 @@ impl Utdf {
         let converted = self.intersections()?;
         let intersections = converted.intersections.clone();
         let plans = Some(converted.plans.clone()).filter(|plans| !plans.all.is_empty());
-        let file = self.file().to_owned();
+        let file = self.file.clone();
         Ok((Uncounted { file, scenario, text, intersections, plans }, converted))
     }
 
@@ -130,7 +116,7 @@ impl Utdf {
             false => "",
         };
         let message = format!(
-            "no {}; export the network again with all sections, or give all files of version 6 (repeat --utdf){alone}",
+            "no {}; export the network again with all sections{alone}",
             missing.join(" and no ")
         );
         Err(self.wrong(tables::Fault::new(START, message)))
@@ -155,8 +141,8 @@ pub fn read_plans(path: &Path, side: DrivingSide) -> Result<(Plans, Vec<Doubt>),
         let mut network = Utdf { side, ..Utdf::default() };
         network.add(&bytes, &file)?;
         if network.tables.is_plans_only() {
-            let (plans, half_walk) = network.plans_alone()?;
-            return Ok((plans, Doubt::of(HALF_WALK, half_walk).into_iter().collect()));
+            let (plans, said) = network.plans_alone()?;
+            return Ok((plans, said.doubts().collect()));
         }
         network.complete()?;
         let Converted { plans, doubts, .. } = network.intersections()?;

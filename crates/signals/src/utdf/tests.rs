@@ -111,36 +111,8 @@ fn traffic_keeps_to_the_side_that_the_scenario_says() {
 }
 
 #[test]
-fn the_files_of_version_6_are_read_together() {
-    let layout = "Layout Data\nINTID,INTNAME,TYPE,X,Y,NID,SID,EID,WID,NNAME,SNAME,ENAME,WNAME\n\
-        1,a,0,0,0,11,12,13,14,Oak,Oak,Main,Main\n11,,1,0,900,,1,,,,,,\n12,,1,0,-900,1,,,,,,,\n13,,1,900,0,,,,1,,,,\n\
-        14,,1,-900,0,,,1,,,,,\n";
-    let lanes = "Lane Group Data\nRECORDNAME,INTID,NBL,NBT,NBR,SBL,SBT,SBR,EBL,EBT,EBR,WBL,WBT,WBR,\n\
-        Lanes,1,0,1,0,0,1,0,1,2,0,1,2,0,\nShared,1,0,3,,0,3,,0,2,,0,2,,\nVolume,1,10,100,20,30,90,15,40,500,60,35,450,25,\n\
-        Distance,1,,900,,,900,,,900,,,900,,\nSpeed,1,,30,,,30,,,40,,,40,,\n";
-    let mut utdf = read(layout);
-    let e = {
-        let lanes = lanes.replace("Volume,1,10", "Volume,1,many");
-        let mut utdf = utdf.clone();
-        utdf.add(lanes.as_bytes(), "LANES.CSV").unwrap();
-        utdf.intersections().unwrap_err().to_string()
-    };
-    assert_eq!(e, "LANES.CSV, line 5: volume = \"many\": expected a number");
-    assert!(utdf.complete().unwrap_err().to_string().contains("no lanes ([Lanes] or LANES.CSV)"));
-    utdf.add(lanes.as_bytes(), "LANES.CSV").unwrap();
-    utdf.complete().unwrap();
-    let converted = utdf.intersections().unwrap();
-    let arms = &converted.intersections[0].arms;
-    // The node NID lies to the north, so its vehicles go south.
-    let south = arms.iter().find(|a| a.arm == "SB Oak").unwrap();
-    assert_eq!((south.bearing_deg, south.counted.unwrap().left_vph), (0.0, 30.0));
-    assert_eq!((south.lanes_in, south.lanes_out, south.left_turn_lanes), (1, 1, 0));
-    assert_eq!((south.movements.as_str(), south.length_m), ("lsr", 274.3));
-}
-
-#[test]
 fn what_is_missing_or_wrong_is_named_with_its_line() {
-    assert!(refused("a,b\n1,2\n").contains("no UTDF: no line RECORDNAME,INTID"));
+    assert!(refused("a,b\n1,2\n").contains("no UTDF: no section such as [Lanes]"));
     assert!(
         refused("[Network]\nNetwork Settings\nRECORDNAME,DATA\nMetric,0\n")
             .contains("no nodes ([Nodes]")
@@ -213,7 +185,7 @@ fn wrong_values_and_signals_with_nothing_to_decide_are_named() {
     let e = refused(&TWO.replace("Peds,1,20", "Peds,1,-3"));
     assert!(e.contains("line 73: peds of NBL = -3: expected a number from 0 to 3600"), "{e}");
     let e = refused(&TWO.replace("[Lanes]", "[Lane]"));
-    assert!(e.contains("no lanes ([Lanes] or LANES.CSV); export the network again"), "{e}");
+    assert!(e.contains("no lanes ([Lanes]); export the network again"), "{e}");
     let e = refused(&TWO.replace("HV,0.02", "HV,2"));
     assert!(e.starts_with("n.csv, line 10: [Network] hv = \"2\""), "{e}");
     let e = refused(&TWO.replace("Metric,0", "Metric,0\nMetric,1"));

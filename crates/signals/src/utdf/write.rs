@@ -200,8 +200,8 @@ mod tests {
         alone.add(to_utdf(&named).unwrap().as_bytes(), "p.csv").unwrap();
         let said = alone.complete().unwrap_err().to_string();
         assert!(said.contains("no nodes ([Nodes]") && said.contains("--existing"), "{said}");
-        let (back, half_walk) = alone.plans_alone().unwrap();
-        assert_eq!(half_walk, Vec::<String>::new());
+        let (back, doubtful) = alone.plans_alone().unwrap();
+        assert_eq!(doubtful.doubts().count(), 0);
         let of: Vec<(&str, &ExistingPlan)> =
             back.all.iter().map(|p| (p.intersection.as_str(), &p.plan)).collect();
         assert_eq!(of, [("12", &named[1].1), ("7", &named[0].1)]);

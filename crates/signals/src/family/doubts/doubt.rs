@@ -1,5 +1,6 @@
 //! Something doubtful in a table, in words.
 
+use std::borrow::Cow;
 use std::fmt::{Display, Write};
 
 /// Rows that a short message names.
@@ -46,6 +47,24 @@ impl Doubt {
     pub fn full(&self) -> String {
         let rows = self.rows.iter().map(|row| format!("\n  {row}"));
         format!("{}{}", self.about, rows.collect::<String>())
+    }
+}
+
+/// Doubts that are collected row by row, by what they are about, in their order.
+#[derive(Debug, Default)]
+pub(crate) struct Said(Vec<(Cow<'static, str>, Vec<String>)>);
+
+impl Said {
+    pub(crate) fn say(&mut self, about: impl Into<Cow<'static, str>>, row: String) {
+        let about = about.into();
+        match self.0.iter_mut().find(|(known, _)| *known == about) {
+            Some((_, rows)) => rows.push(row),
+            None => self.0.push((about, vec![row])),
+        }
+    }
+
+    pub(crate) fn doubts(self) -> impl Iterator<Item = Doubt> {
+        self.0.into_iter().filter_map(|(about, rows)| Doubt::of(about, rows))
     }
 }
 

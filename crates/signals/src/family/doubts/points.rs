@@ -19,7 +19,7 @@ pub(super) fn points(family: &MdpFamily) -> Vec<Doubt> {
     let rows: Vec<(String, SixFeatures)> = family.points.iter().map(row).collect();
     let speeds: Vec<(String, f64)> =
         rows.iter().map(|(name, f)| (name.clone(), f.speed_mph)).collect();
-    let mut doubts = values::speeds(&speeds, false);
+    let mut doubts = values::speeds(&speeds);
     let added = rows.iter().filter_map(|(name, f)| {
         let (half, lanes) = incoming_lanes(f);
         (lanes > half).then(|| format!("{name}: {lanes} instead of {half}"))

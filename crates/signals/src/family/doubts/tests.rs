@@ -92,11 +92,6 @@ fn an_inflow_that_is_cut_or_raised_is_named_with_its_row() {
         one(|i, row| row.aadt = if i == 4 { 600.0 } else { 4000.0 }),
         "inflows below family.min_inflow_vph = 60 are raised to it (line 6: 50 veh/h)"
     );
-    let few = said(|i, row| row.aadt = if i == 4 { 30.0 } else { 4000.0 });
-    assert!(
-        few.iter().any(|s| s.contains("less than 200 vehicles a day on 4 lanes or more")),
-        "{few:?}"
-    );
 }
 
 #[test]
@@ -137,11 +132,6 @@ fn speeds_in_other_units_are_told() {
         single.contains("speed_mph above 70") && single.ends_with("(line 3: 80 mph)"),
         "{single}"
     );
-    let munich = one(|i, row| {
-        (row.latitude, row.longitude) = (row.latitude + 8.1, row.longitude + 86.6);
-        row.speed = if i.is_multiple_of(3) { 50.0 } else { 30.0 };
-    });
-    assert!(munich.contains("the places lie in DE"), "{munich}");
 }
 
 #[test]
@@ -150,87 +140,6 @@ fn counts_in_other_units_are_told() {
     let hourly = one(|_, row| row.aadt = 380.0 * 2.0);
     assert!(hourly.contains("divide them by the hour's share of the day"), "{hourly}");
     assert!(said(|_, row| row.aadt = 16_000.0).iter().any(|s| s.contains("counts of all lanes")));
-}
-
-#[test]
-fn lengths_in_feet_are_told() {
-    let feet = one(|_, row| row.length = 390.0 / 0.3048);
-    assert!(feet.starts_with("length_m: half of the approaches are 3.2 times"), "{feet}");
-    assert!(feet.contains("multiply it by 0.3048"), "{feet}");
-    let single = one(|i, row| row.length = if i == 4 { 1000.0 } else { 390.0 });
-    assert_eq!(
-        single,
-        "length_m goes beyond the next intersection; if it is in feet, multiply it by 0.3048 (line 6: 1000 m, \
-         but 2 is 400 m away)"
-    );
-    assert!(
-        one(|i, row| row.length = if i == 3 { 5000.0 } else { 390.0 })
-            .contains("length_m above 3000")
-    );
-}
-
-#[test]
-fn bearings_that_point_the_wrong_way_are_told() {
-    let turned = |change: fn(f64) -> f64| {
-        said(move |_, row| {
-            // At the ends of the street there are no arms outwards.
-            row.bearing = change(row.bearing).rem_euclid(360.0);
-        })
-    };
-    assert!(turned(|deg| 90.0 - deg).iter().any(|s| s.contains("take 90 minus each")));
-    let mut ends = street(2);
-    ends.retain(|r| (r.intersection, r.arm) != (0, 'C') && (r.intersection, r.arm) != (1, 'B'));
-    ends.extend(ends.clone().into_iter().map(|mut r| {
-        (r.intersection, r.latitude) = (r.intersection + 2, r.latitude + 0.1);
-        r
-    }));
-    ends.iter_mut().for_each(|r| r.bearing = (r.bearing + 180.0) % 360.0);
-    let settings = FamilySettings { detail: Detail::PerApproach, ..FamilySettings::default() };
-    let heading: Vec<String> = doubts(&ends, &settings).iter().map(Doubt::brief).collect();
-    assert!(
-        heading[0].contains("the heading of the traffic that comes in: add 180"),
-        "{heading:?}"
-    );
-    let single = one(|i, row| {
-        if i == 5 {
-            row.bearing = 180.0;
-        }
-    });
-    assert_eq!(
-        single,
-        "bearing_deg contradicts the neighbour (line 3: arm B of 0 leads to 1, which has no arm near 270 degrees)"
-    );
-}
-
-#[test]
-fn exchanged_coordinates_are_told() {
-    let swap = |row: &mut Row| std::mem::swap(&mut row.latitude, &mut row.longitude);
-    assert!(one(|_, row| swap(row)).contains("exchange latitude and longitude"));
-    let london = said(|_, row| {
-        (row.latitude, row.longitude) = (row.longitude + 74.9, row.latitude + 11.5);
-    });
-    assert!(london[0].contains("exchange latitude and longitude"), "{london:?}");
-    let single = said(|i, row| {
-        if (3..6).contains(&i) {
-            swap(row);
-        }
-    });
-    assert!(
-        single[0].starts_with(
-            "latitude and longitude are exchanged, beside the other rows (line 5: intersection 1"
-        ),
-        "{single:?}"
-    );
-}
-
-#[test]
-fn arms_of_one_intersection_at_two_places_are_told() {
-    let said = said(|i, row| {
-        if i == 1 {
-            row.latitude += 0.01;
-        }
-    });
-    assert!(said[0].starts_with("arms of one intersection at different places"), "{said:?}");
 }
 
 #[test]
@@ -248,7 +157,7 @@ fn a_short_message_names_five_rows_and_counts_the_others() {
 }
 
 #[test]
-fn lengths_speeds_bearings_and_places_that_cannot_be_meant_are_told() {
+fn lengths_speeds_and_places_that_cannot_be_meant_are_told() {
     assert_eq!(
         one(|i, row| row.length = if i == 1 { 5.0 } else { 390.0 }),
         "length_m below 15, where hardly a car waits (line 3: 5 m)"
@@ -261,10 +170,14 @@ fn lengths_speeds_bearings_and_places_that_cannot_be_meant_are_told() {
         one(|i, row| row.speed = if i == 2 { 5.0 } else { 35.0 }),
         "speed_mph below 10, which no street with signals has (line 4: 5 mph)"
     );
-    let radians = said(|_, row| row.bearing = row.bearing.to_radians());
-    let expected =
-        "bearing_deg: all arms point north; if the column is in radians, multiply it by 57.2958";
-    assert!(radians.iter().any(|said| said == expected), "{radians:?}");
+    let long = one(|i, row| row.length = if i == 3 { 5000.0 } else { 390.0 });
+    assert!(long.contains("length_m above 3000"), "{long}");
+    let exchanged = one(|i, row| {
+        if i < 3 {
+            std::mem::swap(&mut row.latitude, &mut row.longitude);
+        }
+    });
+    assert!(exchanged.contains("exchange latitude and longitude"), "{exchanged}");
     let nowhere = said(|i, row| {
         if i < 3 {
             (row.latitude, row.longitude) = (0.0, 0.0);

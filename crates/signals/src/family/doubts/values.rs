@@ -20,12 +20,6 @@ const SHORT_M: f64 = 15.0;
 /// Speed limit below which no street with signals is signed, miles per hour.
 const SLOW_MPH: f64 = 10.0;
 
-/// Largest angle in radians.
-const TURN_RAD: f64 = std::f64::consts::TAU;
-
-/// Least arms of which all bearings within [`TURN_RAD`] degrees of north tell radians.
-const ALL_NORTH: usize = 3;
-
 /// Traffic that no lane carries, vehicles per day (`osm_signals::counts::CountSettings`).
 const BUSY_PER_LANE: f64 = 25_000.0;
 
@@ -40,19 +34,12 @@ const MEDIAN_THOUSANDS: f64 = 100.0;
 /// of those in Salt Lake City 99% have more than 660, and the median is 5,100.
 const MEDIAN_HOURLY: f64 = 900.0;
 
-/// Traffic below which a street of [`WIDE`] lanes is implausible, vehicles per day.
-const QUIET_STREET: f64 = 200.0;
-
 /// Lanes of both directions of a street that carries much.
 const WIDE: u32 = 4;
 
 /// Flow that no lane carries, vehicles per hour: the base saturation flow of the Highway Capacity Manual, without any
 /// red.
 const MOST_VPH_PER_LANE: f64 = 1900.0;
-
-/// Boxes (south, west, north, east, degrees) around the United States and the British Isles, whose signs have miles per
-/// hour.
-const MILES: [[f64; 4]; 2] = [[13.0, -180.0, 72.0, -64.0], [49.0, -11.0, 61.0, 1.8]];
 
 /// Least rows of which a median tells a unit.
 const ENOUGH: usize = 3;
@@ -61,16 +48,9 @@ const ENOUGH: usize = 3;
 pub(super) fn values(intersections: &[Intersection]) -> Vec<Doubt> {
     let approaches: Vec<&Approach> =
         intersections.iter().flat_map(|i| &i.arms).filter(|a| a.lanes_in > 0).collect();
-    let in_miles = |i: &Intersection| {
-        let inside = |[south, west, north, east]: &[f64; 4]| {
-            (*south..*north).contains(&i.latitude) && (*west..*east).contains(&i.longitude)
-        };
-        MILES.iter().any(inside)
-    };
-    let metric = !intersections.iter().any(in_miles);
     let named: Vec<(String, f64)> =
         approaches.iter().map(|a| (format!("line {}", a.line), a.speed_mph)).collect();
-    let mut doubts = speeds(&named, metric);
+    let mut doubts = speeds(&named);
     let rows = |is: Said<'_>| -> Vec<String> {
         approaches.iter().filter_map(|a| is(a).map(|text| at_line(a.line, text))).collect()
     };
@@ -86,12 +66,6 @@ pub(super) fn values(intersections: &[Intersection]) -> Vec<Doubt> {
         ))),
         false => Doubt::of(format!("length_m below {SHORT_M}, where hardly a car waits"), short),
     });
-    let bearings = intersections.iter().flat_map(|i| &i.arms).map(|a| a.bearing_deg);
-    if bearings.clone().count() >= ALL_NORTH && bearings.clone().all(|deg| deg <= TURN_RAD) {
-        doubts.push(Doubt::whole(
-            "bearing_deg: all arms point north; if the column is in radians, multiply it by 57.2958",
-        ));
-    }
     doubts.extend(counts(&approaches, &rows));
     doubts.extend(volumes(&approaches, &rows));
     let without: Vec<&&Approach> = approaches.iter().filter(|a| !a.movements.is_empty()).collect();
@@ -134,15 +108,11 @@ fn volumes(approaches: &[&Approach], rows: &dyn Fn(Said<'_>) -> Vec<String>) -> 
 }
 
 /// Returns the doubts about speed limits, each with the name of its row.
-///
-/// # Arguments
-///
-/// * `metric` — whether signs are in km/h there.
-pub(super) fn speeds(named: &[(String, f64)], metric: bool) -> Vec<Doubt> {
+pub(super) fn speeds(named: &[(String, f64)]) -> Vec<Doubt> {
     let all: Vec<f64> = named.iter().map(|(_, mph)| *mph).collect();
     let enough = all.len() >= ENOUGH;
     let (slow, fast) = MEDIAN_MPH;
-    let middle = median(all.clone()).filter(|_| enough);
+    let middle = median(all).filter(|_| enough);
     if middle.is_some_and(|middle| middle >= fast) {
         return vec![Doubt::whole(format!(
             "speed_mph: half of the approaches have {fast} mph or more, which hardly any street with signals has; \
@@ -153,13 +123,6 @@ pub(super) fn speeds(named: &[(String, f64)], metric: bool) -> Vec<Doubt> {
         return vec![Doubt::whole(format!(
             "speed_mph: half of the approaches have less than {slow} mph; if the column is in m/s, multiply it by {:.6}",
             1.0 / MPS_PER_MPH
-        ))];
-    }
-    let tens = enough && all.iter().all(|mph| mph % 10.0 == 0.0) && all.contains(&50.0);
-    if metric && tens {
-        return vec![Doubt::whole(format!(
-            "speed_mph: all speeds are multiples of 10, with 50 among them, as on signs in km/h; if the column is in \
-             km/h, multiply it by {KMH_TO_MPH}"
         ))];
     }
     let rows = |is: &dyn Fn(f64) -> bool| {
@@ -217,27 +180,9 @@ fn counts(approaches: &[&Approach], rows: &dyn Fn(Said<'_>) -> Vec<String>) -> V
         let per_lane = a.aadt_veh_per_day_per_lane;
         (per_lane > BUSY_PER_LANE).then(|| format!("{per_lane} veh/day per lane"))
     });
-    let quiet = rows(&|a| {
-        let directions = if a.lanes_out > 0 { 2.0 } else { 1.0 };
-        let street = a.aadt_veh_per_day_per_lane * f64::from(a.lanes_in) * directions;
-        let quiet = !a.imputed && a.counted.is_none() && lanes(a) >= WIDE && street < QUIET_STREET;
-        quiet.then(|| format!("{street} veh/day on {} lanes", lanes(a)))
-    });
-    let doubts = [
-        Doubt::of(
-            format!(
-                "{column} above {BUSY_PER_LANE}, which no lane carries; a count of all lanes has to be divided by \
-                 twice its lanes_in, on a one-way street by lanes_in"
-            ),
-            busy,
-        ),
-        Doubt::of(
-            format!(
-                "{column}: less than {QUIET_STREET} vehicles a day on {WIDE} lanes or more; a count in thousands has to be \
-                 multiplied by 1000, one of an hour divided by its share of the day"
-            ),
-            quiet,
-        ),
-    ];
-    doubts.into_iter().flatten().collect()
+    let about = format!(
+        "{column} above {BUSY_PER_LANE}, which no lane carries; a count of all lanes has to be divided by twice its \
+         lanes_in, on a one-way street by lanes_in"
+    );
+    Doubt::of(about, busy).into_iter().collect()
 }
