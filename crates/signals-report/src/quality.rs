@@ -1,12 +1,9 @@
 //! The quality of a family that was derived from a map, for people: one self-contained page.
 
-mod explain;
-mod figures;
 mod intersections;
 mod link;
 mod list;
 mod map;
-mod sketches;
 mod text;
 
 use std::path::{Path, PathBuf};
@@ -22,6 +19,10 @@ use link::OPENSTREETMAP;
 use signals::city::drawing::Drawing;
 use signals::city::quality::{CountsSummary, Distribution, Provenance, Quality, SkipCount};
 use text::{percent, share};
+
+/// What values rest on.
+const SOURCES: [&str; 4] =
+    ["known from the data", "counted on its street", "from its class of street", "default"];
 
 const TEMPLATE: &str = include_str!("templates/quality.html");
 
@@ -76,10 +77,8 @@ fn values(q: &Quality, drawing: &Drawing) -> Value {
         point_mdps => q.point_mdps,
         no_way_across => q.no_way_across,
         cut => q.cut_approaches,
-        sources => figures::SOURCES.map(|s| s.0).to_vec(),
+        sources => SOURCES.to_vec(),
         provenance => provenance(q),
-        provenance_figure => figures::provenance(q),
-        feature_figures => figures::features(q),
         features => features(q),
         list => list::list(q),
         counts => q.counts.as_ref().map(counts),
@@ -87,7 +86,6 @@ fn values(q: &Quality, drawing: &Drawing) -> Value {
         thinned => drawing.thinned,
         rows => intersections::rows(q),
         more_rows => intersections::more(q),
-        sketches => sketches::sketches(q, drawing),
         flagged => q.spots.iter().filter(|s| !s.flags.is_empty()).count(),
         categories => intersections::categories(q),
         crosses => drawing.skipped.len(),
@@ -100,7 +98,6 @@ fn skipped(q: &Quality, s: &SkipCount) -> Value {
     let example = |id: &i64| context! { id, link => format!("{OPENSTREETMAP}/node/{id}") };
     context! {
         reason => s.text,
-        meaning => explain::meaning(s.reason),
         signals => s.signals,
         share => percent(share(s.signals, q.signals)),
         examples => s.examples.iter().map(example).collect::<Vec<_>>(),
@@ -112,7 +109,6 @@ fn provenance(q: &Quality) -> Vec<Value> {
         context! {
             feature => p.feature.replace('_', " "),
             shares => [p.tagged, p.spread, p.imputed, p.default].map(percent).to_vec(),
-            basis => explain::basis(p.feature),
         }
     };
     q.provenance.iter().map(row).collect()

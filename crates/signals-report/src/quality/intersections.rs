@@ -4,14 +4,12 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use minijinja::{Value, context};
-use osm_signals::streets::Source;
-use osm_signals::traffic::InflowSource;
 
 use super::link::map_link;
 use super::text::percent;
 use signals::city::flag::Flag;
 use signals::city::quality::Quality;
-use signals::city::spots::{Spot, SpotArm};
+use signals::city::spots::Spot;
 
 /// Rows that are shown, so that the page stays small; the others are in the files beside it.
 const ROWS: usize = 3000;
@@ -55,35 +53,12 @@ pub(super) fn categories(q: &Quality) -> Vec<(&'static str, usize)> {
 }
 
 fn row(spot: &Spot) -> Value {
-    let approaches: Vec<&SpotArm> = spot.arms.iter().filter(|a| a.lanes_in > 0).collect();
-    let tagged = |of: fn(&SpotArm) -> Source| {
-        let known = approaches.iter().filter(|a| of(a) == Source::Tagged).count();
-        format!("{known} of {}", approaches.len())
-    };
     context! {
         id => spot.id.as_str(),
         streets => streets(spot),
         link => map_link(spot.latitude, spot.longitude),
-        arms => spot.arms.len(),
-        lanes => spot.arms.iter().map(lanes).collect::<Vec<_>>().join(", "),
-        lanes_known => tagged(|a| a.lanes_source),
-        speed_known => tagged(|a| a.speed_source),
-        inflow => inflow(&approaches),
+        arms => spot.arms,
         known => percent(spot.known),
         flags => flags(spot),
     }
-}
-
-/// Returns the lanes of an arm, in and out.
-fn lanes(arm: &SpotArm) -> String {
-    format!("{}\u{a0}{}/{}", arm.arm, arm.lanes_in, arm.lanes_out)
-}
-
-/// Returns what the inflows rest on, with how many approaches.
-fn inflow(approaches: &[&SpotArm]) -> String {
-    let words = ["counted", "on its street", "by class", "default"];
-    let counts = InflowSource::ALL
-        .map(|source| approaches.iter().filter(|a| a.inflow_source == Some(source)).count());
-    let some = counts.into_iter().zip(words).filter(|(n, _)| *n > 0);
-    some.map(|(n, word)| format!("{n} {word}")).collect::<Vec<_>>().join(", ")
 }

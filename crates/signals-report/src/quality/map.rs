@@ -127,7 +127,7 @@ fn tip(spot: &Spot) -> String {
         true => "streets without a name".to_owned(),
         false => spot.streets.join(" / "),
     };
-    format!("{}: {streets}; {} arms; {} known", spot.id, spot.arms.len(), percent(spot.known))
+    format!("{}: {streets}; {} arms; {} known", spot.id, spot.arms, percent(spot.known))
 }
 
 fn legend(canvas: &mut Canvas, q: &Quality, drawing: &Drawing) {

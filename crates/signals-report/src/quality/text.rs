@@ -22,6 +22,13 @@ const MANY_SKIPPED: f64 = 0.2;
 /// Share of approaches from which on a feature counts as known.
 const KNOWN: f64 = 0.95;
 
+/// Returns a text as a sentence.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(char::to_uppercase).into_iter().flatten();
+    first.chain(letters).chain(['.']).collect()
+}
+
 /// Returns a share as per cent; less than all is never "100%".
 pub(super) fn percent(share: f64) -> String {
     if (0.995..1.0 - 1e-9).contains(&share) { ">99%".to_owned() } else { format::percent(share) }
@@ -81,7 +88,7 @@ pub(super) fn sentences(q: &Quality) -> Vec<String> {
         true => {
             format!("Every feature is known for at least {} of the approaches.", percent(KNOWN))
         }
-        false => advice(q, p),
+        false => advice(p),
     }));
     sentences.push(format!("Traffic keeps to the {}.", q.driving_side));
     sentences
@@ -120,50 +127,21 @@ fn used(q: &Quality) -> String {
 }
 
 /// Says what the values of the weakest feature rest on, and what improves them.
-fn advice(q: &Quality, p: &Provenance) -> String {
-    let (unknown, imputed) = (percent(1.0 - p.tagged), percent(p.imputed));
-    let default = percent(p.default);
-    match (p.feature, &q.counts) {
-        ("inflow", None) => "The weakest feature is inflow: no counts were given, so all inflows \
-                             are defaults by class of street; give traffic counts with --aadt."
-            .to_owned(),
-        ("inflow", Some(c)) if c.matched == 0 => format!(
-            "The weakest feature is inflow: none of the {} lies along an approach, so all inflows \
-             are defaults by class of street; give counts of this area with --aadt.",
-            count(c.counts, "count"),
-        ),
-        ("inflow", Some(_)) => format!(
-            "The weakest feature is inflow: {unknown} of the approaches have no count of their own, \
-             so {} get one of another block of their street, {imputed} the mean of their class and \
-             {default} a default; give counts of more streets with --aadt.",
-            percent(p.spread)
-        ),
-        ("speed", _) => format!(
-            "The weakest feature is speed: {unknown} of the approaches have no speed limit in the \
-             map, so {imputed} get the usual one of their class and {default} a default; add \
-             maxspeed to OpenStreetMap where it differs, or set streets.default_speed_mph with \
-             --config for classes without any."
-        ),
-        ("lanes", _) => format!(
-            "The weakest feature is lanes: {unknown} of the approaches have none in the map, so \
-             {imputed} get the usual number of their class and {default} a default; add lanes to \
-             OpenStreetMap, or set streets.default_lanes with --config."
-        ),
-        ("turn_lanes", _) => format!(
-            "The weakest feature is turn lanes: {unknown} of the approaches have no turn:lanes in \
-             the map and are taken to have no lane for turns only; add turn:lanes to OpenStreetMap \
-             where arrows are marked."
-        ),
-        ("length", _) => format!(
-            "The weakest feature is length: the extract cuts {} of {} approaches before the next \
-             junction, so they are too short; give a larger extract.",
-            q.cut_approaches, q.approaches,
-        ),
-        (feature, _) => format!(
-            "The weakest feature is {}: it is not known for {unknown} of the approaches.",
-            feature.replace('_', " ")
-        ),
-    }
+fn advice(p: &Provenance) -> String {
+    let help = match p.feature {
+        "inflow" => "give traffic counts of more streets with --aadt",
+        "length" => "give a larger extract",
+        _ => "complete the map, or set the defaults with --config",
+    };
+    format!(
+        "The weakest feature is {}: {} of the approaches have none of their own, so {} get one of another block of their \
+         street, {} the usual one of their class and {} a default; {help}.",
+        p.feature.replace('_', " "),
+        percent(1.0 - p.tagged),
+        percent(p.spread),
+        percent(p.imputed),
+        percent(p.default)
+    )
 }
 
 /// Returns what a reader must know before using the family.

@@ -186,25 +186,4 @@ mod tests {
         let error = config("[counts]\nmatch_m = inf\n").unwrap_err().to_string();
         assert!(error.ends_with("counts.match_m: inf: expected a number from 1 to 1000"));
     }
-
-    #[test]
-    fn a_message_does_not_quote_lines_without_end() {
-        let long = "x".repeat(100_000);
-        for text in [
-            format!("[traffic]\ndirectional_split = \"{long}\"\n"),
-            format!("{long} = 3\n"),
-            format!("a = {long}\n"),
-        ] {
-            let error = config(&text).unwrap_err().to_string();
-            assert!(error.len() < 700 && error.contains("line "), "{error}");
-        }
-        let error = config("[traffic]\ndirectional_split = \"half\"\n").unwrap_err().to_string();
-        assert!(error.contains("2 | directional_split = \"half\""), "{error}");
-    }
-
-    #[test]
-    fn an_unknown_class_is_refused() {
-        let error = config("[streets.default_lanes]\nboulevard = 2\n").unwrap_err().to_string();
-        assert!(error.contains("boulevard"), "{error}");
-    }
 }

@@ -158,18 +158,20 @@ fn check(request: &Request, input: &Input, survey: &Survey) -> Result<(), CityEr
     let covered = survey.covered;
     if let (Some(path), Some(counts), false) = (&request.counts, &input.counts, survey.is_counted())
     {
-        return Err(CityError::CountsElsewhere {
+        return Err(CityError::Elsewhere {
             path: path.clone(),
-            counts: counts.len(),
+            what: format!("{} counts lies along a street of an intersection", counts.len()),
+            option: "--aadt",
             bounds: counts.bounds(),
             covered,
         });
     }
     let nowhere = survey.found.intersections.is_empty() && !survey.found.skipped.is_empty();
     if let (Some(path), Some(list), true) = (&request.signals, &input.signals, nowhere) {
-        return Err(CityError::ListElsewhere {
+        return Err(CityError::Elsewhere {
             path: path.clone(),
-            signals: list.signals.len(),
+            what: format!("{} signals is at an intersection of the extract", list.signals.len()),
+            option: "--signals",
             bounds: list.bounds(),
             covered,
         });

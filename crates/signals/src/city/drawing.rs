@@ -5,7 +5,6 @@ use osm_signals::tags::Highway;
 use osm_signals::{Extract, Place};
 
 use super::sites::City;
-use super::sketch::{Sketch, sketches};
 
 /// Width of the surroundings that are drawn, as a share of the frame.
 const MARGIN: f64 = 0.03;
@@ -39,8 +38,6 @@ pub struct Drawing {
     pub frame: [f64; 4],
     /// Whether minor streets were left out.
     pub thinned: bool,
-    /// Intersections that are worth a look, the most doubtful first.
-    pub sketches: Vec<Sketch>,
 }
 
 impl Drawing {
@@ -58,8 +55,7 @@ impl Drawing {
         let inside = |p: Place| within(frame, p);
         let skipped = city.skipped().filter(|s| inside(s.place));
         let skipped = skipped.map(|s| (s.place.latitude(), s.place.longitude(), s.reason.words()));
-        let sketches = sketches(extract, city);
-        Self { streets, skipped: skipped.collect(), frame, thinned, sketches }
+        Self { streets, skipped: skipped.collect(), frame, thinned }
     }
 }
 
@@ -113,10 +109,5 @@ mod tests {
         let [south, west, north, east] = frame(std::iter::once(place)).unwrap();
         assert!(north - south >= LEAST_DEG * 0.999 && east - west >= LEAST_DEG * 0.999);
         assert!(within([south, west, north, east], place));
-    }
-
-    #[test]
-    fn without_places_there_is_no_frame() {
-        assert_eq!(frame(std::iter::empty()), None);
     }
 }

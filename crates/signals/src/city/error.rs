@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use geo::{Coord, Intersects, Rect};
+use geo::Rect;
 use osm_signals::OsmError;
 
 use super::reason::Reason;
@@ -55,35 +55,19 @@ pub enum CityError {
         /// The smallest box around the streets of the extract, degrees.
         covered: Option<Rect<f64>>,
     },
-    /// A signal list that names no intersection of the extract.
+    /// A signal list, or counts, of another place.
     #[error(
-        "{}: none of its {signals} signals is at an intersection of the extract; they cover {}{}; {}give \
-         the list of this city, or leave out --signals",
-        .path.display(), extent(*.bounds), beside(.covered.as_ref()), exchanged(*.bounds, .covered.as_ref())
+        "{}: none of its {what}; they cover {}{}; give those of this city, or leave out {option}",
+        .path.display(), extent(*.bounds), beside(.covered.as_ref())
     )]
-    ListElsewhere {
-        /// The list.
-        path: PathBuf,
-        /// How many signals it has.
-        signals: usize,
-        /// The smallest box around them, degrees.
-        bounds: Rect<f64>,
-        /// The smallest box around the streets of the extract, degrees.
-        covered: Option<Rect<f64>>,
-    },
-    /// Counts of which none lies along a street of an intersection.
-    #[error(
-        "{}: none of its {counts} counts lies along a street of an intersection; they cover {}{}; {}give \
-         counts of this city, or leave out --aadt",
-        .path.display(), extent(*.bounds), beside(.covered.as_ref()),
-        exchanged(*.bounds, .covered.as_ref())
-    )]
-    CountsElsewhere {
+    Elsewhere {
         /// The file.
         path: PathBuf,
-        /// How many counts it has.
-        counts: usize,
-        /// The smallest box around all counts, degrees.
+        /// What of it is not where.
+        what: String,
+        /// The option that gave it.
+        option: &'static str,
+        /// The smallest box around what it has, degrees.
         bounds: Rect<f64>,
         /// The smallest box around the streets of the extract, degrees.
         covered: Option<Rect<f64>>,
@@ -128,14 +112,4 @@ fn extent(bounds: Rect<f64>) -> String {
 /// Says where the extract lies, after where something else does.
 fn beside(covered: Option<&Rect<f64>>) -> String {
     covered.map_or_else(String::new, |bounds| format!(", the extract {}", extent(*bounds)))
-}
-
-/// Says that latitude and longitude are exchanged, if the box lies at the extract then.
-fn exchanged(bounds: Rect<f64>, covered: Option<&Rect<f64>>) -> &'static str {
-    let flipped = |c: Coord<f64>| Coord { x: c.y, y: c.x };
-    let other = Rect::new(flipped(bounds.min()), flipped(bounds.max()));
-    match covered.is_some_and(|covered| covered.intersects(&other)) {
-        true => "exchange latitude and longitude, with which they lie at the extract, ",
-        false => "",
-    }
 }

@@ -18,7 +18,6 @@ pub mod quality;
 pub mod reason;
 mod scenario;
 pub mod sites;
-pub mod sketch;
 pub mod spots;
 pub mod surroundings;
 pub mod table;

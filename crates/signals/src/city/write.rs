@@ -117,7 +117,7 @@ fn spot_properties(spot: &Spot) -> JsonObject {
         ("status", "intersection".into()),
         ("id", spot.id.clone().into()),
         ("streets", spot.streets.join(" / ").into()),
-        ("arms", spot.arms.len().into()),
+        ("arms", spot.arms.into()),
         ("signal_nodes", spot.signals.into()),
         ("known_share", known),
         ("inflow_sources", inflow_sources(spot).into()),
@@ -130,14 +130,13 @@ fn spot_properties(spot: &Spot) -> JsonObject {
 
 /// Returns what the inflows of an intersection rest on, in the order of its approaches.
 fn inflow_sources(spot: &Spot) -> String {
-    let sources = spot.arms.iter().filter_map(|a| a.inflow_source);
-    let word = |source: InflowSource| match source {
+    let word = |source: &InflowSource| match source {
         InflowSource::Counted => "counted",
         InflowSource::Spread => "spread",
         InflowSource::Imputed => "imputed",
         InflowSource::Default => "default",
     };
-    sources.map(word).collect::<Vec<_>>().join(", ")
+    spot.inflow_sources.iter().map(word).collect::<Vec<_>>().join(", ")
 }
 
 fn feature(latitude: f64, longitude: f64, properties: JsonObject) -> Feature {
