@@ -130,9 +130,7 @@ fn network(error: &NetworkError) -> u8 {
     match error {
         NetworkError::NoNetconvert { .. } => NO_SUMO,
         NetworkError::Io(e) => file(e),
-        NetworkError::Intersection { .. }
-        | NetworkError::Altered { .. }
-        | NetworkError::Index { .. } => USAGE,
+        NetworkError::Intersection { .. } | NetworkError::Altered { .. } => USAGE,
         _ => UNEXPECTED,
     }
 }

@@ -35,11 +35,8 @@ pub(super) const RESULTS: Kind = Kind {
 };
 
 /// What `build-networks` writes.
-pub(super) const NETWORKS: Kind = Kind {
-    what: "folder of networks",
-    own: |name| ["INDEX.csv", BY_HASH].contains(&name),
-    all: false,
-};
+pub(super) const NETWORKS: Kind =
+    Kind { what: "folder of networks", own: |name| name == BY_HASH, all: false };
 
 /// What `build-networks --osm` writes.
 pub(super) const CITY: Kind = Kind {
@@ -189,8 +186,7 @@ mod tests {
         assert_eq!(check(&[], &RESULTS, Some(false)), None);
         assert_eq!(check(&[".gitkeep"], &RESULTS, Some(false)), None);
         assert_eq!(check(&["manifest.json", "notes.md"], &RESULTS, Some(false)), None);
-        assert_eq!(check(&["INDEX.csv"], &NETWORKS, Some(false)), None);
-        assert_eq!(check(&["by-hash", "busy"], &NETWORKS, None), None, "its index was lost");
+        assert_eq!(check(&["by-hash", "busy"], &NETWORKS, None), None);
         assert_eq!(check(&["00-a.svg", "01-b.svg"], &DRAWINGS, Some(false)), None);
         assert!(check(&["00-a.svg", "x.txt"], &DRAWINGS, Some(false)).unwrap().contains("x.txt"));
     }

@@ -286,9 +286,9 @@ pub(super) fn of_files(error: TrafficError) -> TrialError {
 pub(super) fn of_network(error: NetworkError) -> TrialError {
     match error {
         NetworkError::Io(_) => TrialError::Machine(error.into()),
-        NetworkError::Intersection { .. }
-        | NetworkError::Altered { .. }
-        | NetworkError::Index { .. } => TrialError::Input(error.into()),
+        NetworkError::Intersection { .. } | NetworkError::Altered { .. } => {
+            TrialError::Input(error.into())
+        }
         _ => TrialError::Failed(error.into()),
     }
 }

@@ -22,13 +22,6 @@ const MANY_SKIPPED: f64 = 0.2;
 /// Share of approaches from which on a feature counts as known.
 const KNOWN: f64 = 0.95;
 
-/// Returns a text as a sentence.
-fn sentence(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().map(char::to_uppercase).into_iter().flatten();
-    first.chain(letters).chain(['.']).collect()
-}
-
 /// Returns a share as per cent; less than all is never "100%".
 pub(super) fn percent(share: f64) -> String {
     if (0.995..1.0 - 1e-9).contains(&share) { ">99%".to_owned() } else { format::percent(share) }

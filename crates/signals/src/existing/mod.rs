@@ -678,25 +678,6 @@ mod tests {
     }
 
     #[test]
-    fn reference_phases_are_at_most_one_per_ring() {
-        let e = refused(&|p| p.reference = vec![2, 4, 6]);
-        let expected = "a plan has at most two reference phases, one per ring; give two of 2, 4, 6";
-        assert_eq!(e, expected);
-        let e = refused(&|p| p.reference = vec![2, 4]);
-        assert_eq!(e, "reference phases 2 and 4 are in one ring; give one per ring");
-        // Without coordination they hold nothing.
-        let pretimed = ExistingPlan { reference: vec![2, 4], ..plan(Control::Pretimed) };
-        assert_eq!(pretimed.check(), Ok(vec![]));
-    }
-
-    #[test]
-    fn a_cycle_of_an_actuated_plan_is_said_to_have_no_effect() {
-        let plan = ExistingPlan { cycle_s: Some(90.0), ..plan(Control::Actuated) };
-        let notes = plan.check().unwrap();
-        assert_eq!(notes, ["the cycle of 90 s has no effect, because control is actuated"]);
-    }
-
-    #[test]
     fn a_phase_for_pedestrians_alone_is_said() {
         for (control, expected) in [
             (Control::Pretimed, "phase 9 is for pedestrians alone: a fixed cycle keeps its time"),

@@ -440,10 +440,6 @@ mod tests {
     const ROWS: &str =
         "7,pretimed,60,2,1,1,1,NBT NBR,NBL,30,4,1\n7,,,4,1,2,1,\"EBT, EBR\",ebl,30,4,1\n";
 
-    fn refused(header: &str, rows: &str) -> String {
-        read(&format!("{header}\n{rows}"), "e.csv").unwrap_err().to_string()
-    }
-
     #[test]
     fn a_plan_that_was_written_reads_back_as_the_same() {
         let mut plan = plan(Control::Coordinated);
@@ -517,54 +513,5 @@ mod tests {
         );
         assert_eq!((phase.max_green_s, phase.min_green_s, phase.passage_s), (25.0, 5.0, 3.0));
         assert!(phase.dual_entry);
-    }
-
-    #[test]
-    fn what_is_wrong_is_named_with_line_and_column() {
-        let row = |from: &str, to: &str| refused(HEADER, &ROWS.replace(from, to));
-        let ending = |column: &str, first: &str, second: &str| {
-            let rows = ROWS.replace(",1\n7", &format!(",1,{first}\n7"));
-            refused(&format!("{HEADER},{column}"), &format!("{},{second}\n", rows.trim_end()))
-        };
-        let cases = [
-            (
-                ending("recall", "maximum", ""),
-                "line 2: recall = \"maximum\": expected one of none, min, ped, max",
-            ),
-            (
-                ending("walk_s,clearance_s", "7,", ","),
-                "line 2: walk_s and clearance_s belong together",
-            ),
-            (
-                refused(&HEADER.replace(",ring", ",rign"), ROWS),
-                "no column ring; if it is the column rign",
-            ),
-            (
-                refused(&HEADER.replace("split_s", "split"), ROWS),
-                "unknown column split; rename or remove it",
-            ),
-            (
-                row("7,pretimed", "7,fixed"),
-                "line 2: control = \"fixed\": expected one of pretimed, actuated",
-            ),
-            (row("7,pretimed", "7,"), "intersection 7: control is empty; give pretimed"),
-            (row("7,,,4", "7,,80,4"), "line 3: cycle_s differs from that of a row above"),
-            (
-                row("NBT NBR", "northbound"),
-                "line 2: movements = \"northbound\": northbound is no movement",
-            ),
-            (row("30,4,1\n7", "4,4,1\n7"), "line 2: split_s = 4: nothing is left for green"),
-            (row("30,4,1\n7", "30,40,1\n7"), "line 2: yellow_s = 40: expected"),
-            (row("60,2,1", "60,2,0"), "line 2: ring = 0: expected a whole number from 1"),
-            (
-                row("7,,,4,1,2", "7,,,4,1,1"),
-                "phases 2 and 4 have the same barrier, ring and position",
-            ),
-            (row("7,,,4", "7,,,2"), "phase 2 stands twice"),
-            (row("pretimed,60", "pretimed,90"), "the cycle is 90 s, but the splits"),
-        ];
-        for (e, expected) in cases {
-            assert!(e.contains(expected), "{e}\n{expected}");
-        }
     }
 }

@@ -25,10 +25,7 @@ use sheet::{Fault, Row, Sheet};
 pub use approach::{Approach, Intersection};
 pub use arms::{ARMS, check_arms};
 use basics::units::KMH_TO_MPH;
-pub use counted::{
-    Arrivals, Counted, EXITS, MANNERS, MOST_EXITS, MOST_PEDESTRIANS_PER_H, MOST_VPH, PEDESTRIANS,
-    VOLUMES,
-};
+pub use counted::{Arrivals, Counted, MOST_EXITS, MOST_PEDESTRIANS_PER_H, MOST_VPH};
 use evaluation::family::columns::{Columns, at};
 use evaluation::family::error::FamilyError;
 use evaluation::family::names::title;
@@ -93,8 +90,7 @@ fn read_with(
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
     let header_line = sheet.header_line();
-    let optional: [&[&str]; 5] = [&STORAGE, &[PERIOD], &VOLUMES, &MANNERS, &[PEDESTRIANS, EXITS]];
-    let known = [&COLUMNS[..], &optional.concat()].concat();
+    let known = written::WRITTEN.map(|(_, name, _)| name);
     let columns = Columns::find(sheet.headers(), &COLUMNS)
         .and_then(|columns| columns.only(&known).map(|()| columns))
         .map_err(|message| fail(Fault::new(header_line, message)))?;
@@ -331,39 +327,10 @@ mod tests {
     }
 
     #[test]
-    fn a_count_with_two_meanings_is_refused_and_decimals_of_others_are_read() {
-        assert_eq!(
-            error("7,A,40.125,-111.250,0,2,1,1,0,30,45.250,4.250,lsr\n"),
-            "a.csv, line 2: aadt_veh_per_day_per_lane = \"4.250\": 4250 if the point separates \
-             thousands, 4.25 if it separates decimals; write 4250 or 4.25"
-        );
-        let text = format!("{HEADER}7,A,40.125,-111.250,0,2,1,1,0,30,45.250,4250,lsr\n");
-        assert_eq!(read(&text, "a.csv").unwrap()[0].arms[0].length_m, 45.25);
-    }
-
-    #[test]
-    fn an_arm_without_any_lane_is_refused() {
-        assert!(error("7,A,40,-111,0,0,0,0,0,30,200,9000,\n").contains("at least one lane"));
-    }
-
-    #[test]
     fn a_longitude_beyond_180_degrees_is_the_same_place() {
         let text = format!("{HEADER}7,A,-16.8,181,0,2,1,1,0,30,200,9000,lsr\n");
         assert_eq!(read(&text, "a.csv").unwrap()[0].arms[0].longitude, -179.0);
         let e = error("7,A,-16.8,420000,0,2,1,1,0,30,200,9000,lsr\n");
         assert!(e.contains("looks projected"), "{e}");
-    }
-
-    #[test]
-    fn a_short_row_says_how_many_fields_it_has() {
-        assert_eq!(
-            error("7,A,40\n"),
-            "a.csv, line 2: 3 fields, but 13 columns; complete or remove it"
-        );
-    }
-
-    #[test]
-    fn an_empty_table_is_refused() {
-        assert!(error("").contains("no point MDP"));
     }
 }

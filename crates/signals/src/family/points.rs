@@ -149,25 +149,4 @@ mod tests {
     fn a_doubled_point_is_refused() {
         assert!(error("point,importance", &["a,0.5", "a,0.5"]).contains("point a stands twice"));
     }
-
-    #[test]
-    fn an_inflow_that_may_have_a_thousands_separator_is_refused_with_both_meanings() {
-        assert_eq!(
-            six("4,30,300,1.500,0,0").unwrap_err(),
-            "p.csv, line 2: inflow_vph = \"1.500\": 1500 if the point separates thousands, 1.5 if it \
-             separates decimals; write 1500 or 1.5"
-        );
-        assert!(error("intersections", &["1.000", "3"]).contains("; write 1000 or 1"));
-        // Lengths have decimals, and importance below 1 shows that it does.
-        let read = six("4,30.125,45.250,500,0,0").unwrap();
-        assert_eq!(read.points[0].features[..3], [4.0, 30.125, 45.25]);
-        family("importance", &["0.125", "0.875"]).unwrap();
-    }
-
-    #[test]
-    fn a_table_of_another_country_s_spreadsheet_is_read() {
-        let text = "point;intersections;lanes;speed_mph;length_m;inflow_vph;left_turn_lanes;\
-                    right_turn_lanes\r\na;1;4;32,5;200;500;0;0\r\n";
-        assert_eq!(read("f", text, "p.csv").unwrap().points[0].features[1], 32.5);
-    }
 }

@@ -3,24 +3,22 @@
 //! A network is made and checked in a temporary folder and moved as a whole to where its hash says
 //! ([`NetworkFiles`]); one that is there is never written again, so that a build with other settings
 //! changes nothing for those who simulate meanwhile. For people, a link called like the point MDP leads to
-//! the one that was asked for last. Rows of the index are written at the latest a second later; an
-//! interrupted build leaves networks that it does not list, which the next build makes again.
+//! the one that was asked for last.
 //!
-//! A network is up to date if its files are as the index says and the hash of intersection and
+//! A network is up to date if its files are as its `network.json` says and the hash of intersection and
 //! settings is the same. The version of netconvert is not part of that: networks that another one
-//! built stay as they are, and the index says which.
+//! built stay as they are, and `network.json` says which.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::Path;
 use std::sync::Mutex;
-use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::demand::DemandSpec;
-use super::index::{Index, IndexRow};
+use super::index::{BUILT_FILE, Built};
 use super::intersection::IntersectionSpec;
 use super::link::link;
 use super::net_file::NetFile;
@@ -28,9 +26,9 @@ use super::netconvert::Netconvert;
 use super::retime::buttons;
 use super::validate::validate;
 use crate::network::error::NetworkError;
-use crate::network_files::{FILE_ENDINGS, NetworkFiles, TEMPORARY, file_name};
+use crate::network_files::{BY_HASH, FILE_ENDINGS, NetworkFiles, TEMPORARY, file_name};
 use crate::settings::{Actions, DemandSettings, NetworkSettings, SignalSettings};
-use basics::files::{FileError, make_folder_beneath};
+use basics::files::{FileError, make_folder_beneath, write_atomically};
 use basics::hash::sha256;
 
 /// Number of the rules by which networks are made; a change to them raises it, and all networks
@@ -39,10 +37,6 @@ const GENERATOR: u32 = 4;
 
 /// Seed of the vehicles in the `.rou.xml`.
 const ROUTES_SEED: u64 = 0;
-
-/// Time between two writings of the index while networks are built; a killed build repeats at most
-/// that much.
-const INDEX_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Folder within a temporary one that becomes the network's.
 const MADE: &str = "made";
@@ -60,8 +54,6 @@ pub struct BuildSummary {
     pub built: usize,
     /// Point MDPs whose network was up to date.
     pub up_to_date: usize,
-    /// Networks in the folder that the family does not need with these settings; they are kept.
-    pub other: usize,
     /// Version of the netconvert that built; `None` if nothing was to build.
     pub netconvert: Option<String>,
     /// Point MDPs without a sound network and why, by id; only with [`BuildOptions::leave_out`].
@@ -87,7 +79,7 @@ pub struct BuildOptions {
 ///
 /// # Errors
 ///
-/// [`NetworkError::Altered`] without [`BuildOptions::force`] if a file differs from the index, otherwise what
+/// [`NetworkError::Altered`] without [`BuildOptions::force`] if a file is not as it was built, otherwise what
 /// building or checking the first failing network reports. Networks built until then are kept.
 pub fn build_all(
     specs: &[IntersectionSpec],
@@ -102,32 +94,22 @@ pub fn build_all(
     // Another build of the same folder waits until this one is done.
     let folder = File::open(out).map_err(FileError::at("open", out))?;
     folder.lock().map_err(FileError::at("lock", out))?;
-    let index = match Index::load_if_present(out) {
-        Err(NetworkError::Index { .. }) if options.force => Index::empty(out),
-        index => index?.unwrap_or_else(|| Index::empty(out)),
-    };
+    let built: BTreeMap<(String, String), Built> = Built::all(out)?
+        .into_iter()
+        .map(|built| ((built.point.clone(), built.spec_sha256.clone()), built))
+        .collect();
     let mut missing = Vec::new();
     let mut files = BTreeMap::new();
-    let mut wanted = BTreeSet::new();
     for spec in specs {
         let spec_sha256 = spec_hash(spec, network, demand, signal);
-        wanted.insert((spec.point.as_str(), spec_sha256.clone()));
-        // One that is gone as a whole, because somebody made room, is no damage.
-        let is_there = |row: &&IndexRow| out.join(&row.folder).exists();
-        let row = index.row(&spec.point, &spec_sha256).filter(|_| !options.force);
-        match row.filter(is_there) {
-            Some(row) => drop(files.insert(spec.point.clone(), index.verify(row)?)),
+        let known = built.get(&(spec.point.clone(), spec_sha256.clone()));
+        match known.filter(|_| !options.force) {
+            Some(built) => drop(files.insert(spec.point.clone(), built.verify(out)?)),
             None => missing.push((spec, spec_sha256)),
         }
     }
-    let is_other =
-        |row: &&IndexRow| !wanted.contains(&(row.point.as_str(), row.spec_sha256.clone()));
-    let mut summary = BuildSummary {
-        built: missing.len(),
-        up_to_date: files.len(),
-        other: index.rows().filter(is_other).count(),
-        ..BuildSummary::default()
-    };
+    let mut summary =
+        BuildSummary { built: missing.len(), up_to_date: files.len(), ..BuildSummary::default() };
     if missing.is_empty() {
         show(out, &files)?;
         summary.files = files;
@@ -139,34 +121,24 @@ pub fn build_all(
     })?;
     remove_abandoned(out);
     // A folder that is being built into is one of networks from the beginning.
-    index.write()?;
-    let index = Mutex::new((index, Instant::now()));
+    make_folder_beneath(out, &out.join(BY_HASH))?;
     let failed = Mutex::new(Vec::new());
     let files = Mutex::new(files);
     let done = missing.par_iter().try_for_each(|(spec, spec_sha256)| {
-        let mut row = match build_one(spec, network, demand, signal, &netconvert, out) {
+        let inputs = (*spec, network, demand, signal);
+        let built = match build_one(inputs, spec_sha256, &netconvert, out) {
             Err(e) if options.leave_out && is_of_the_intersection(&e) => {
                 let mut failed = failed.lock().expect("no thread panics with the list");
                 failed.push((spec.point.clone(), e.to_string()));
                 return Ok(());
             }
-            row => row?,
+            built => built?,
         };
-        row.spec_sha256.clone_from(spec_sha256);
-        let built = NetworkFiles::new(out, &row.point, row.sha256());
-        files.lock().expect("no thread panics with the files").insert(row.point.clone(), built);
-        let mut index = index.lock().expect("no thread panics with the index");
-        index.0.insert(row);
-        // Writing all rows after every network would take longer than building many thousands.
-        if index.1.elapsed() >= INDEX_INTERVAL {
-            index.0.write()?;
-            index.1 = Instant::now();
-        }
-        drop(index);
+        let built = NetworkFiles::new(out, &built.point, built.sha256);
+        files.lock().expect("no thread panics with the files").insert(spec.point.clone(), built);
         progress(&spec.point);
         Ok::<_, NetworkError>(())
     });
-    index.into_inner().expect("no thread panics with the index").0.write()?;
     done?;
     summary.files = files.into_inner().expect("no thread panics with the files");
     show(out, &summary.files)?;
@@ -192,15 +164,18 @@ fn is_of_the_intersection(error: &NetworkError) -> bool {
     )
 }
 
-/// Builds and checks one network and moves it into place; the row lacks the hash of the spec.
+/// Builds and checks one network and moves it into place.
 fn build_one(
-    spec: &IntersectionSpec,
-    network: &NetworkSettings,
-    demand: &DemandSettings,
-    signal: &SignalSettings,
+    (spec, network, demand, signal): (
+        &IntersectionSpec,
+        &NetworkSettings,
+        &DemandSettings,
+        &SignalSettings,
+    ),
+    spec_sha256: &str,
     netconvert: &Netconvert,
     out: &Path,
-) -> Result<IndexRow, NetworkError> {
+) -> Result<Built, NetworkError> {
     let temporary = tempfile::Builder::new()
         .prefix(TEMPORARY)
         .tempdir_in(out)
@@ -224,44 +199,39 @@ fn build_one(
     for (ending, text) in texts {
         fs::write(path(ending), text).map_err(FileError::at("write", &path(ending)))?;
     }
-    let mut hashes = Vec::new();
+    let mut hashes = BTreeMap::new();
     for ending in FILE_ENDINGS {
         let bytes = fs::read(path(ending)).map_err(FileError::at("read", &path(ending)))?;
-        hashes.push(sha256(&bytes));
+        hashes.insert(file_name(point, ending), sha256(&bytes));
     }
-    let [net_sha256, routes_sha256, demand_sha256, sumocfg_sha256] =
-        hashes.try_into().expect("one hash per ending");
-    let mut row = IndexRow {
+    let built = Built {
         point: point.clone(),
         netconvert: netconvert.version().to_owned(),
         arms: spec.arms.len(),
         links: built.layout.connections.len(),
         phases: built.phases.len(),
-        spec_sha256: String::new(),
-        net_sha256,
-        routes_sha256,
-        demand_sha256,
-        sumocfg_sha256,
-        folder: String::new(),
+        spec_sha256: spec_sha256.to_owned(),
+        sha256: hashes,
     };
-    row.folder = row.place();
-    settle(temporary.path(), &row, out)?;
-    Ok(row)
+    let path = made.join(BUILT_FILE);
+    fs::write(&path, built.to_json()).map_err(FileError::at("write", &path))?;
+    settle(temporary.path(), &built, out)?;
+    Ok(built)
 }
 
 /// Moves a network that was made to where its hash says; one that is there already stays, unless it is not
 /// as it was.
-fn settle(temporary: &Path, row: &IndexRow, out: &Path) -> Result<(), NetworkError> {
+fn settle(temporary: &Path, built: &Built, out: &Path) -> Result<(), NetworkError> {
     let made = temporary.join(MADE);
-    let folder = out.join(&row.folder);
-    let parent = folder.parent().expect("a network's folder lies in another");
-    make_folder_beneath(out, parent)?;
+    let folder = NetworkFiles::new(out, &built.point, built.sha256.clone()).folder;
+    make_folder_beneath(out, &out.join(BY_HASH))?;
     let Err(first) = fs::rename(&made, &folder) else { return Ok(()) };
     if !folder.exists() {
         return Err(FileError::at("write", &folder)(first).into());
     }
-    if Index::empty(out).verify(row).is_ok() {
-        return Ok(());
+    if built.verify(out).is_ok() {
+        // The same network from other settings: what it was built from is the last.
+        return Ok(write_atomically(&folder.join(BUILT_FILE), built.to_json().as_bytes())?);
     }
     let spoilt = temporary.join(SPOILT);
     fs::rename(&folder, &spoilt).map_err(FileError::at("replace", &folder))?;

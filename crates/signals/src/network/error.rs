@@ -49,9 +49,9 @@ pub enum NetworkError {
         /// The failed check.
         reason: String,
     },
-    /// A network file that differs from the index.
+    /// A network file that is not as it was built.
     #[error(
-        "{}: {what} since INDEX.csv was written; repeat the `build-networks` command with --force to build \
+        "{}: {what} since it was built; repeat the `build-networks` command with --force to build \
          it again",
         .path.display()
     )]
@@ -60,14 +60,6 @@ pub enum NetworkError {
         path: PathBuf,
         /// `was deleted` or `was altered`.
         what: &'static str,
-    },
-    /// The index itself is wrong.
-    #[error("{}: {reason}; delete it and repeat the command, which builds the networks again", .path.display())]
-    Index {
-        /// The index.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
     },
     /// A file could not be read or written.
     #[error(transparent)]

@@ -22,7 +22,6 @@ pub mod one_green;
 mod peak;
 pub mod phases;
 pub mod plain;
-pub mod prune;
 pub mod retime;
 mod subprocess;
 pub mod tool;

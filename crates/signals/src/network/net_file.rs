@@ -2,8 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use quick_xml::events::{BytesStart, Event};
-use quick_xml::reader::Reader;
+use roxmltree::{Document, Node};
 
 use super::phases::ProgramPhase;
 use super::plain::{PLAIN, TURN_ON_RED};
@@ -58,10 +57,6 @@ pub struct NetFile {
     pub programs: Vec<(String, String, Vec<ProgramPhase>)>,
     /// Right-of-way matrices of the junctions with a signal, by row.
     pub requests: BTreeMap<usize, Request>,
-    /// Lanes within the junction with a signal, in the order of the matrix.
-    inner_lanes: Vec<String>,
-    /// Per connection with a `via`: where it comes from, and the lane within the junction.
-    via: Vec<(String, u32, String)>,
 }
 
 impl NetFile {
@@ -71,106 +66,74 @@ impl NetFile {
     ///
     /// What is wrong, in words, if it is not well-formed XML or lacks an attribute.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let mut net = Self::default();
-        let mut reader = Reader::from_str(text);
-        let (mut edge, mut at_signal) = (String::new(), false);
-        let mut pending = Vec::new();
-        let mut complete = false;
-        loop {
-            let event = reader
-                .read_event()
-                .map_err(|e| format!("not well-formed at byte {}: {e}", reader.error_position()))?;
-            let tag = match &event {
-                Event::Eof => break,
-                Event::End(tag) if tag.name().as_ref() == "net" => {
-                    complete = true;
-                    continue;
-                }
-                Event::Start(tag) | Event::Empty(tag) => Tag::read(tag)?,
-                _ => continue,
-            };
-            match tag.name.as_str() {
-                "edge" => edge = tag.text("id")?,
-                "lane" if !edge.starts_with(':') => net.lanes.push(NetLane {
-                    edge: edge.clone(),
-                    length_m: tag.number("length")?,
-                    speed_mps: tag.number("speed")?,
-                }),
-                "junction" => {
-                    let kind = tag.attributes.get("type").map(String::as_str);
-                    at_signal = kind.is_some_and(|kind| [PLAIN, TURN_ON_RED].contains(&kind));
-                    if at_signal {
-                        let lanes = tag.text("intLanes")?;
-                        net.inner_lanes = lanes.split_whitespace().map(str::to_owned).collect();
-                    }
-                }
-                "request" if at_signal => {
-                    let bits = |name| {
-                        Ok::<_, String>(tag.text(name)?.bytes().rev().map(|b| b == b'1').collect())
-                    };
-                    let request = Request { foes: bits("foes")?, yields_to: bits("response")? };
-                    net.requests.insert(tag.number("index")?, request);
-                }
-                "tlLogic" => {
-                    net.programs.push((tag.text("id")?, tag.text("programID")?, Vec::new()));
-                }
-                "phase" => {
-                    let phase = ProgramPhase {
-                        duration_s: tag.number("duration")?,
-                        state: tag.text("state")?,
-                    };
-                    let program = net.programs.last_mut().ok_or("a phase outside a tlLogic")?;
-                    program.2.push(phase);
-                }
-                "connection" => net.connection(&tag, &mut pending)?,
-                _ => {}
-            }
-        }
-        if !complete {
+        if !text.trim_end().ends_with("</net>") {
             return Err("cut off: it ends before `</net>`".to_owned());
         }
-        for (mut link, via) in pending {
-            link.request = net.request_of(&via).ok_or_else(|| {
-                format!("connection {} to {} is not in the junction's matrix", link.from, link.to)
+        let document = Document::parse(text).map_err(|e| format!("not well-formed: {e}"))?;
+        let all = |name| document.descendants().filter(move |node| node.has_tag_name(name));
+        let mut net = Self::default();
+        for edge in all("edge") {
+            let id = attribute(edge, "id")?;
+            let lanes = edge.children().filter(|node| node.has_tag_name("lane"));
+            for lane in lanes.filter(|_| !id.starts_with(':')) {
+                let (length_m, speed_mps) = (number(lane, "length")?, number(lane, "speed")?);
+                net.lanes.push(NetLane { edge: id.to_owned(), length_m, speed_mps });
+            }
+        }
+        let is_signal = |node: &Node<'_, '_>| {
+            node.attribute("type").is_some_and(|kind| [PLAIN, TURN_ON_RED].contains(&kind))
+        };
+        let mut inner_lanes = Vec::new();
+        for junction in all("junction").filter(is_signal) {
+            inner_lanes = attribute(junction, "intLanes")?.split_whitespace().collect();
+            for row in junction.children().filter(|node| node.has_tag_name("request")) {
+                let bits = |name| {
+                    Ok::<_, String>(
+                        attribute(row, name)?.bytes().rev().map(|b| b == b'1').collect(),
+                    )
+                };
+                let request = Request { foes: bits("foes")?, yields_to: bits("response")? };
+                net.requests.insert(number(row, "index")?, request);
+            }
+        }
+        for program in all("tlLogic") {
+            let phases =
+                program.children().filter(|node| node.has_tag_name("phase")).map(|phase| {
+                    let state = attribute(phase, "state")?.to_owned();
+                    Ok(ProgramPhase { duration_s: number(phase, "duration")?, state })
+                });
+            let (id, name) = (attribute(program, "id")?, attribute(program, "programID")?);
+            let phases = phases.collect::<Result<_, String>>()?;
+            net.programs.push((id.to_owned(), name.to_owned(), phases));
+        }
+        // Where vehicles wait within the junction, the matrix counts the lane behind that place.
+        let behind = |lane: &str| {
+            let (edge, index) = lane.rsplit_once('_')?;
+            let is = |c: &Node<'_, '_>| {
+                let at = (c.attribute("from"), c.attribute("fromLane"));
+                at == (Some(edge), Some(index)) && !c.has_attribute("tl")
+            };
+            all("connection").filter(is).find_map(|c| c.attribute("via"))
+        };
+        let row = |lane: &str| inner_lanes.iter().position(|inner| *inner == lane);
+        for link in all("connection").filter(|node| node.has_attribute("tl")) {
+            let (from, to) = (attribute(link, "from")?, attribute(link, "to")?);
+            let via = link.attribute("via");
+            let via = via.ok_or_else(|| format!("no lane within the junction from {from}"))?;
+            let request = row(via).or_else(|| row(behind(via)?)).ok_or_else(|| {
+                format!("connection {from} to {to} is not in the junction's matrix")
             })?;
-            net.links.push(link);
+            net.links.push(NetLink {
+                from: from.to_owned(),
+                to: to.to_owned(),
+                from_lane: number(link, "fromLane")?,
+                to_lane: number(link, "toLane")?,
+                signal: attribute(link, "tl")?.to_owned(),
+                link: number(link, "linkIndex")?,
+                request,
+            });
         }
         Ok(net)
-    }
-
-    fn connection(
-        &mut self,
-        tag: &Tag,
-        pending: &mut Vec<(NetLink, String)>,
-    ) -> Result<(), String> {
-        let (from, from_lane) = (tag.text("from")?, tag.number("fromLane")?);
-        let via = tag.attributes.get("via");
-        if tag.attributes.contains_key("tl") {
-            let via = via.ok_or_else(|| format!("no lane within the junction from {from}"))?;
-            let link = NetLink {
-                to: tag.text("to")?,
-                to_lane: tag.number("toLane")?,
-                signal: tag.text("tl")?,
-                link: tag.number("linkIndex")?,
-                request: 0,
-                from,
-                from_lane,
-            };
-            pending.push((link, via.clone()));
-        } else if let Some(via) = via {
-            self.via.push((from, from_lane, via.clone()));
-        }
-        Ok(())
-    }
-
-    /// Returns the row of a lane within the junction; where vehicles wait within the junction, the
-    /// matrix counts the lane behind that place.
-    fn request_of(&self, lane: &str) -> Option<usize> {
-        self.inner_lanes.iter().position(|l| l == lane).or_else(|| {
-            let (edge, index) = lane.rsplit_once('_')?;
-            let next = self.via.iter().find(|(e, i, _)| e == edge && index == i.to_string())?;
-            self.inner_lanes.iter().position(|l| *l == next.2)
-        })
     }
 
     /// Returns whether the paths of two links meet within the junction.
@@ -205,33 +168,13 @@ impl NetFile {
     }
 }
 
-/// An element's name and attributes.
-struct Tag {
-    name: String,
-    attributes: BTreeMap<String, String>,
+fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, String> {
+    node.attribute(name).ok_or_else(|| format!("<{}> without {name}", node.tag_name().name()))
 }
 
-impl Tag {
-    fn read(start: &BytesStart<'_>) -> Result<Self, String> {
-        let mut attributes = BTreeMap::new();
-        for attribute in start.attributes() {
-            let attribute = attribute.map_err(|e| e.to_string())?;
-            let value = attribute.normalized_value(quick_xml::XmlVersion::Implicit1_0);
-            let value = value.map_err(|e| e.to_string())?.into_owned();
-            attributes.insert(attribute.key.into_inner().to_owned(), value);
-        }
-        Ok(Self { name: start.name().into_inner().to_owned(), attributes })
-    }
-
-    fn text(&self, name: &str) -> Result<String, String> {
-        let value = self.attributes.get(name).cloned();
-        value.ok_or_else(|| format!("<{}> without {name}", self.name))
-    }
-
-    fn number<T: std::str::FromStr>(&self, name: &str) -> Result<T, String> {
-        let text = self.text(name)?;
-        text.parse().map_err(|_| format!("<{}> has {name}={text:?}: not a number", self.name))
-    }
+fn number<T: std::str::FromStr>(node: Node<'_, '_>, name: &str) -> Result<T, String> {
+    let (text, tag) = (attribute(node, name)?, node.tag_name().name());
+    text.parse().map_err(|_| format!("<{tag}> has {name}={text:?}: not a number"))
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Runs netconvert as a process, and tells what it says of an intersection from what happened to it.
 
-use std::io::{self, Read};
+use std::fs::File;
+use std::io::{self, Read, Seek};
 use std::os::unix::process::ExitStatusExt;
-use std::process::{Child, Command, Stdio};
-use std::sync::mpsc;
-use std::thread::{self, JoinHandle};
+use std::process::{Command, ExitStatus, Stdio};
+use std::thread;
 use std::time::Duration;
 
 use basics::machine;
@@ -29,30 +29,16 @@ pub(super) enum Ended {
     Disturbed(String),
 }
 
-/// Runs netconvert to its end, at most so long; time is counted in naps, so that it does not count when this process
-/// was stopped itself.
+/// Runs netconvert to its end, at most so long.
 ///
 /// # Errors
 ///
 /// When it cannot be started.
-pub(super) fn finish(mut command: Command, limit: Duration) -> io::Result<Ended> {
-    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
-    let (mut child, said) = patiently(|| start(&mut command))?;
-    let mut waited = Duration::ZERO;
-    let status = loop {
-        if let Some(status) = child.try_wait()? {
-            break status;
-        }
-        if waited >= limit {
-            let _ = child.kill();
-            child.wait()?;
-            let limit = limit.as_secs_f64();
-            return Ok(Ended::Disturbed(format!("netconvert did not end within {limit} s")));
-        }
-        thread::sleep(NAP);
-        waited += NAP;
+pub(super) fn finish(command: Command, limit: Duration) -> io::Result<Ended> {
+    let Some((status, _, said)) = output_of(command, limit)? else {
+        let limit = limit.as_secs_f64();
+        return Ok(Ended::Disturbed(format!("netconvert did not end within {limit} s")));
     };
-    let said = said.join().expect("a thread here does not panic");
     Ok(match (status.success(), status.signal()) {
         (true, _) => Ended::Well,
         (false, Some(signal)) if machine::is_from_outside(signal) => {
@@ -68,54 +54,39 @@ pub(super) fn finish(mut command: Command, limit: Duration) -> io::Result<Ended>
     })
 }
 
-/// Returns what a command writes to standard output and standard error.
+/// Returns how a command ended and what it wrote to standard output and standard error; `None` where it did not end in time.
+/// Time is counted in naps, so that it does not count when this process was stopped itself.
 ///
 /// # Errors
 ///
-/// When it cannot be started, or does not end within the limit.
-pub(super) fn output_of(mut command: Command, limit: Duration) -> io::Result<(String, String)> {
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let mut child = command.spawn()?;
-    let (sender, ended) = mpsc::channel();
-    let pid = child.id();
-    let mut streams = (child.stdout.take().expect("piped"), child.stderr.take().expect("piped"));
-    thread::spawn(move || {
-        let (mut text, mut said) = (Vec::new(), Vec::new());
-        let read = streams.0.read_to_end(&mut text).and_then(|_| streams.1.read_to_end(&mut said));
-        let as_text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-        // Whoever waited too long has gone.
-        let _ = sender.send(read.map(|_| (as_text(text), as_text(said))));
-    });
-    let output = ended.recv_timeout(limit);
-    if output.is_err() {
-        child.kill()?;
-    }
-    child.wait()?;
-    output.unwrap_or_else(|_| {
-        let limit = limit.as_secs();
-        Err(io::Error::other(format!("process {pid} did not end within {limit} s")))
-    })
-}
-
-/// Starts netconvert, and a thread that hears what it says.
-fn start(command: &mut Command) -> io::Result<(Child, JoinHandle<String>)> {
-    let mut child = command.spawn()?;
-    let mut stderr = child.stderr.take().expect("it is piped");
-    let listen = move || {
-        let mut said = Vec::new();
-        // What cannot be read is not quoted.
-        let _ = stderr.read_to_end(&mut said);
-        String::from_utf8_lossy(&said).into_owned()
-    };
-    match thread::Builder::new().spawn(listen) {
-        Ok(said) => Ok((child, said)),
-        Err(e) => {
-            // It may have ended by itself meanwhile.
+/// When it cannot be started.
+pub(super) fn output_of(
+    mut command: Command,
+    limit: Duration,
+) -> io::Result<Option<(ExitStatus, String, String)>> {
+    let [mut text, mut said] = [tempfile::tempfile()?, tempfile::tempfile()?];
+    command.stdin(Stdio::null()).stdout(text.try_clone()?).stderr(said.try_clone()?);
+    let mut child = patiently(|| command.spawn())?;
+    let mut waited = Duration::ZERO;
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        if waited >= limit {
             let _ = child.kill();
             child.wait()?;
-            Err(e)
+            return Ok(None);
         }
-    }
+        thread::sleep(NAP);
+        waited += NAP;
+    };
+    let read = |file: &mut File| {
+        let mut bytes = Vec::new();
+        file.rewind()?;
+        file.read_to_end(&mut bytes)?;
+        Ok::<_, io::Error>(String::from_utf8_lossy(&bytes).into_owned())
+    };
+    Ok(Some((status, read(&mut text)?, read(&mut said)?)))
 }
 
 /// Starts something, again for a while where a limit on processes refuses it: others may end.

@@ -55,7 +55,8 @@ pub(super) fn find_in(
 fn version(name: &str, path: &Path) -> Result<String, String> {
     let mut command = Command::new(path);
     command.arg("--version");
-    let (text, said) = output_of(command, VERSION_LIMIT).map_err(|e| e.to_string())?;
+    let output = output_of(command, VERSION_LIMIT).map_err(|e| e.to_string())?;
+    let (_, text, said) = output.ok_or("does not end")?;
     text.lines()
         .find(|line| line.starts_with(&format!("Eclipse SUMO {name}")))
         .and_then(version_in)

@@ -190,7 +190,7 @@ impl Layout {
     fn below(&self, lines: &[Line], row: usize, above: usize) -> Option<Result<Columns, String>> {
         let (mut all, mut unused) = (Vec::new(), Vec::new());
         let (mut direction, mut unknown) = ("", None);
-        for column in 0..lines[row].len().max(lines[above].len()) {
+        for column in 0..lines[row].fields().count().max(lines[above].fields().count()) {
             let (below, over) = (lines[row].text(column), lines[above].text(column));
             if above != row && !over.is_empty() {
                 direction = over;

@@ -24,16 +24,16 @@ use sheet::Row;
 use crate::settings::MIN_PEAK_HOUR_FACTOR;
 
 /// Columns of vehicles by turn.
-pub const VOLUMES: [&str; 3] = ["left_vph", "through_vph", "right_vph"];
+const VOLUMES: [&str; 3] = ["left_vph", "through_vph", "right_vph"];
 
 /// Columns of how they arrive and what they are.
-pub const MANNERS: [&str; 3] = ["peak_hour_factor", "quarter_hours", "heavy_vehicles"];
+const MANNERS: [&str; 3] = ["peak_hour_factor", "quarter_hours", "heavy_vehicles"];
 
 /// Column of those who walk.
-pub const PEDESTRIANS: &str = "pedestrians_per_h";
+const PEDESTRIANS: &str = "pedestrians_per_h";
 
 /// Column of vehicles by exit.
-pub const EXITS: &str = "exits_vph";
+const EXITS: &str = "exits_vph";
 
 /// Most exits of an approach.
 pub const MOST_EXITS: usize = MAX_ARMS - 1;

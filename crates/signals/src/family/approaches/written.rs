@@ -4,109 +4,90 @@ use std::collections::BTreeMap;
 
 use basics::files::lines;
 
-use super::{
-    Approach, Arrivals, COLUMNS, EXITS, Intersection, MANNERS, MOST_EXITS, PEDESTRIANS, PERIOD,
-    STORAGE, VOLUMES,
-};
+use super::{Approach, Arrivals, Counted, Intersection};
 
 /// Digits after the point of what was counted, as a power of ten: means of several days have any number.
 const COUNT: f64 = 100.0;
 
+/// Digits after the point of a share, as a power of ten.
+const SHARE: f64 = 1e4;
+
+/// A column with its group. Optional groups, from 1, are written where a row has anything in one of their columns.
+pub(super) type Column = (usize, &'static str, fn(&Approach) -> String);
+
+pub(super) const WRITTEN: [Column; 24] = [
+    (0, "intersection", |a| a.intersection.clone()),
+    (0, "arm", |a| a.arm.clone()),
+    (0, "latitude", |a| known(a.latitude)),
+    (0, "longitude", |a| known(a.longitude)),
+    (0, "bearing_deg", |a| format!("{:?}", a.bearing_deg)),
+    (0, "lanes_in", |a| a.lanes_in.to_string()),
+    (0, "lanes_out", |a| a.lanes_out.to_string()),
+    (0, "left_turn_lanes", |a| a.left_turn_lanes.to_string()),
+    (0, "right_turn_lanes", |a| a.right_turn_lanes.to_string()),
+    (0, "speed_mph", |a| format!("{:?}", a.speed_mph)),
+    (0, "length_m", |a| format!("{:?}", a.length_m)),
+    (0, "aadt_veh_per_day_per_lane", |a| {
+        let is_none = a.imputed || a.counted.is_some() && a.aadt_veh_per_day_per_lane == 0.0;
+        if is_none { String::new() } else { format!("{:?}", a.aadt_veh_per_day_per_lane) }
+    }),
+    (0, "movements", |a| a.movements.clone()),
+    (1, "left_storage_m", |a| a.left_storage_m.map_or_else(String::new, known)),
+    (1, "right_storage_m", |a| a.right_storage_m.map_or_else(String::new, known)),
+    (2, "period", |a| a.period.clone()),
+    (3, "left_vph", |a| counted(a, |c| Some(number(c.left_vph)))),
+    (3, "through_vph", |a| counted(a, |c| Some(number(c.through_vph)))),
+    (3, "right_vph", |a| counted(a, |c| Some(number(c.right_vph)))),
+    (3, "peak_hour_factor", |a| {
+        counted(a, |c| match c.arrivals? {
+            Arrivals::PeakHourFactor(factor) => Some(factor.to_string()),
+            Arrivals::QuarterHours(_) => None,
+        })
+    }),
+    (3, "quarter_hours", |a| {
+        counted(a, |c| match c.arrivals? {
+            Arrivals::PeakHourFactor(_) => None,
+            Arrivals::QuarterHours(quarters) => Some(quarters.map(number).join(" ")),
+        })
+    }),
+    (3, "heavy_vehicles", |a| {
+        counted(a, |c| Some(((c.heavy_vehicles? * SHARE).round() / SHARE).to_string()))
+    }),
+    (4, "pedestrians_per_h", |a| counted(a, |c| c.pedestrians_per_h.map(number))),
+    (5, "exits_vph", |a| {
+        counted(a, |c| {
+            let exits_vph = c.exits_vph?;
+            // Without those at the end that have none.
+            let used = exits_vph.iter().rposition(|vph| *vph > 0.0).map_or(1, |last| last + 1);
+            Some(exits_vph[..used].iter().map(|vph| number(*vph)).collect::<Vec<_>>().join(" "))
+        })
+    }),
+];
+
 /// Returns a table of approaches as CSV, with the optional columns that any row uses. A count that is missing stays
 /// empty.
 pub fn to_csv(rows: &[Approach]) -> String {
-    let has_period = rows.iter().any(|a| !a.period.is_empty());
-    let has_counts = rows.iter().any(|a| a.counted.is_some());
-    let walks = |a: &Approach| a.counted.and_then(|counted| counted.pedestrians_per_h);
-    let has_pedestrians = rows.iter().any(|a| walks(a).is_some());
-    let exits = |a: &Approach| a.counted.and_then(|counted| counted.exits_vph);
-    let has_exits = rows.iter().any(|a| exits(a).is_some());
-    let has_storage =
-        rows.iter().any(|a| a.left_storage_m.is_some() || a.right_storage_m.is_some());
-    let mut header = COLUMNS.to_vec();
-    if has_storage {
-        header.extend(STORAGE);
-    }
-    if has_period {
-        header.push(PERIOD);
-    }
-    if has_counts {
-        header.extend(VOLUMES.iter().chain(&MANNERS));
-    }
-    if has_pedestrians {
-        header.push(PEDESTRIANS);
-    }
-    if has_exits {
-        header.push(EXITS);
-    }
-    let mut table = vec![header.into_iter().map(str::to_owned).collect()];
-    for a in rows {
-        let place =
-            |degrees: f64| if degrees.is_nan() { String::new() } else { format!("{degrees:?}") };
-        let nothing = a.imputed || a.counted.is_some() && a.aadt_veh_per_day_per_lane == 0.0;
-        let aadt =
-            if nothing { String::new() } else { format!("{:?}", a.aadt_veh_per_day_per_lane) };
-        let mut row = vec![
-            a.intersection.clone(),
-            a.arm.clone(),
-            place(a.latitude),
-            place(a.longitude),
-            format!("{:?}", a.bearing_deg),
-            a.lanes_in.to_string(),
-            a.lanes_out.to_string(),
-            a.left_turn_lanes.to_string(),
-            a.right_turn_lanes.to_string(),
-            format!("{:?}", a.speed_mph),
-            format!("{:?}", a.length_m),
-            aadt,
-            a.movements.clone(),
-        ];
-        if has_storage {
-            let length = |m: Option<f64>| m.map_or_else(String::new, |m| format!("{m:?}"));
-            row.extend([a.left_storage_m, a.right_storage_m].map(length));
-        }
-        if has_period {
-            row.push(a.period.clone());
-        }
-        if has_counts {
-            row.extend(counted(a));
-        }
-        if has_pedestrians {
-            let rounded = |per_h: f64| ((per_h * COUNT).round() / COUNT).to_string();
-            row.push(walks(a).map_or_else(String::new, rounded));
-        }
-        if has_exits {
-            row.push(exits(a).map_or_else(String::new, by_exit));
-        }
-        table.push(row);
-    }
+    let has = |(_, _, cell): &Column| rows.iter().any(|row| !cell(row).is_empty());
+    let is_used = |group: usize| WRITTEN.iter().any(|column| column.0 == group && has(column));
+    let columns: Vec<&Column> =
+        WRITTEN.iter().filter(|(group, ..)| *group == 0 || is_used(*group)).collect();
+    let mut table = vec![columns.iter().map(|(_, name, _)| (*name).to_owned()).collect()];
+    table.extend(
+        rows.iter().map(|row| columns.iter().map(|(.., cell)| cell(row)).collect::<Vec<_>>()),
+    );
     String::from_utf8(lines(&table)).expect("texts are UTF-8")
 }
 
-fn counted(approach: &Approach) -> [String; VOLUMES.len() + MANNERS.len()] {
-    let Some(counted) = &approach.counted else { return Default::default() };
-    let number = |value: f64| ((value * COUNT).round() / COUNT).to_string();
-    let (factor, quarters) = match counted.arrivals {
-        None => Default::default(),
-        Some(Arrivals::PeakHourFactor(factor)) => (factor.to_string(), String::new()),
-        Some(Arrivals::QuarterHours(quarters)) => (String::new(), quarters.map(number).join(" ")),
-    };
-    let heavy = counted.heavy_vehicles.map(|share| ((share * 1e4).round() / 1e4).to_string());
-    [
-        number(counted.left_vph),
-        number(counted.through_vph),
-        number(counted.right_vph),
-        factor,
-        quarters,
-        heavy.unwrap_or_default(),
-    ]
+fn known(value: f64) -> String {
+    if value.is_nan() { String::new() } else { format!("{value:?}") }
 }
 
-/// Returns the vehicles to exits, without those at the end that have none.
-fn by_exit(exits_vph: [f64; MOST_EXITS]) -> String {
-    let used = exits_vph.iter().rposition(|vph| *vph > 0.0).map_or(1, |last| last + 1);
-    let number = |vph: &f64| ((vph * COUNT).round() / COUNT).to_string();
-    exits_vph[..used].iter().map(number).collect::<Vec<_>>().join(" ")
+fn number(value: f64) -> String {
+    ((value * COUNT).round() / COUNT).to_string()
+}
+
+fn counted(approach: &Approach, text: fn(Counted) -> Option<String>) -> String {
+    approach.counted.and_then(text).unwrap_or_default()
 }
 
 /// Returns the intersections of complete rows, in the order of their first arms.

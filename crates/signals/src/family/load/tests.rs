@@ -99,13 +99,6 @@ fn arms_that_cannot_be_built_are_refused_with_their_line() {
     assert!(error.contains(", line ") && error.contains("both have bearing_deg"), "{error}");
 }
 
-#[test]
-fn both_tables_at_once_are_refused() {
-    let text = "name = \"x\"\n[family]\npoints = \"p.csv\"\napproaches = \"a.csv\"\n";
-    let e = from_text(text, "t.toml", &[], &|_| unreachable!()).unwrap_err().to_string();
-    assert!(e.contains("exactly one"), "{e}");
-}
-
 /// A family of two intersections, of which one was counted in two periods.
 fn with_periods(periods: &str) -> Result<LoadedScenario, String> {
     let header = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,\
