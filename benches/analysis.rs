@@ -140,8 +140,6 @@ fn make(dir: &Path, [methods, points, seeds]: [usize; 3]) {
     let layout = Layout::new(dir);
     fs::create_dir_all(dir).unwrap();
     fs::write(layout.manifest(), serde_json::to_vec(&manifest).unwrap()).unwrap();
-    let lines: Vec<String> = tasks.iter().map(|t| serde_json::to_string(t).unwrap()).collect();
-    fs::write(layout.plan(), lines.join("\n") + "\n").unwrap();
     let sha256 = manifest.sha256();
     for task in tasks.iter().step_by(1000) {
         fs::create_dir_all(layout.record(task.task).parent().unwrap()).unwrap();

@@ -1,8 +1,9 @@
 //! How much work a run is, in words.
 
 use std::fmt::Write;
+use std::time::Duration;
 
-use super::forecast::{Forecast, Job, range};
+use super::output::duration;
 use crate::report::format;
 use crate::run::effort::Efforts;
 use crate::run::error::RunError;
@@ -32,23 +33,23 @@ pub(super) fn estimate(
         format::count(tasks as usize, "task"),
     );
     let mut episodes = 0;
-    let mut all = Vec::with_capacity(tasks as usize);
+    let (mut all_s, mut longest_s, mut is_informed) = (0.0, 0.0_f64, false);
     let efforts = Efforts::of_request(request)?;
     for draw in &sample.draws {
         for method in &draft.methods {
             let effort = efforts.task(method, &draw.point)?;
             episodes += replicates(method) * u64::from(effort.episodes());
-            for _ in 0..replicates(method) {
-                let (task, method, point) = (all.len(), method.clone(), draw.point.clone());
-                all.push(Job { task, method, point, effort });
-            }
+            all_s += replicates(method) as f64 * effort.whole_seconds();
+            longest_s = longest_s.max(effort.whole_seconds());
+            is_informed |= effort.is_informed;
         }
         write!(text, "\n{:40} weight {:.4}", draw.point, draw.weight)
             .expect("writing to a string cannot fail");
     }
     write!(text, "\n{episodes} episodes at most").expect("writing to a string cannot fail");
-    if all.iter().any(|job| job.effort.is_informed) {
-        let time = range(Forecast::new(all, jobs, processors).left(0.0));
+    if is_informed {
+        let time_s = (all_s / jobs.min(processors).max(1) as f64).max(longest_s);
+        let time = duration(Duration::from_secs_f64(time_s));
         write!(text, ", about {time} with {}", format::count(jobs, "worker"))
             .expect("writing to a string cannot fail");
     }

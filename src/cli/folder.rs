@@ -30,7 +30,7 @@ pub(super) struct Kind {
 /// What `run` writes.
 pub(super) const RESULTS: Kind = Kind {
     what: "results directory",
-    own: |name| ["manifest.json", "plan.jsonl", "lock.json"].contains(&name),
+    own: |name| ["manifest.json", "lock.json"].contains(&name),
     all: false,
 };
 

@@ -129,7 +129,6 @@ impl LocalRun<'_> {
             todo.iter().map(effort).collect::<anyhow::Result<Vec<_>>>()?,
             self.domain,
             results.done(),
-            self.jobs,
             self.json,
             self.quiet,
         );

@@ -2,7 +2,6 @@
 
 mod across;
 mod build_networks;
-mod cancel;
 mod check;
 mod compare;
 mod controllers;
@@ -14,7 +13,6 @@ mod executors;
 pub mod exit;
 mod export;
 mod folder;
-mod forecast;
 mod found;
 mod interrupt;
 mod json;
@@ -29,6 +27,7 @@ mod protocol;
 mod recorded;
 pub mod refused;
 mod report;
+mod resume;
 mod routes;
 mod run;
 mod scenario;
@@ -37,12 +36,10 @@ mod shell;
 mod signals;
 mod status;
 mod subject;
-mod submit;
 mod sumocfg_options;
 mod target;
 #[cfg(test)]
 mod testing;
-mod threads;
 mod transfer;
 mod until;
 mod values;
@@ -51,7 +48,6 @@ mod worker;
 
 use std::borrow::Cow;
 use std::ffi::OsString;
-use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -108,14 +104,10 @@ pub enum Command {
     Export(export::ExportArgs),
     /// Find damaged files in a results directory, and repair them
     Check(check::CheckArgs),
-    /// Submit the missing tasks of a run to a batch system
-    Submit(submit::SubmitArgs),
-    /// Show the progress of a run, on this machine or in a batch system
+    /// Show the progress of a run
     Status(status::StatusArgs),
-    /// Cancel the jobs of a run in batch systems
-    Cancel(cancel::CancelArgs),
-    /// Do the missing tasks of a run, with the executor that it used last
-    Resume(submit::SubmitArgs),
+    /// Do the missing tasks of a run
+    Resume(resume::ResumeArgs),
     /// Measure the error of samples at several budgets, on results of a whole family
     Estimate(estimate::EstimateArgs),
     /// Rank the methods of several results directories of one family together
@@ -193,15 +185,11 @@ pub fn main_of(program: Program, args: Vec<OsString>) -> u8 {
 ///
 /// Whatever made the command impossible; [`exit::code`] tells its exit code.
 fn run(cli: Cli) -> anyhow::Result<u8> {
-    let fewer = match &cli.command {
-        // They compute nothing at once.
-        Command::Worker(_) | Command::Work(_) | Command::Doctor(_) | Command::Completions(_) => {
-            None
-        }
-        Command::BuildNetworks(args) => threads::set_up(args.jobs.map(NonZeroUsize::get))?,
-        _ => threads::set_up(None)?,
-    };
-    fewer.into_iter().for_each(output::note);
+    if let Command::BuildNetworks(args) = &cli.command
+        && let Some(jobs) = args.jobs
+    {
+        rayon::ThreadPoolBuilder::new().num_threads(jobs.get()).build_global()?;
+    }
     match cli.command {
         Command::List(args) => list::run(&args),
         Command::BuildNetworks(args) => build_networks::run(&args),
@@ -219,10 +207,8 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Across(args) => across::run(&args),
         Command::Sensitivity(args) => sensitivity::run(&args),
         Command::Doctor(args) => doctor::run(&args),
-        Command::Submit(args) => submit::submit(&args),
         Command::Status(args) => status::run(&args),
-        Command::Cancel(args) => cancel::run(&args),
-        Command::Resume(args) => submit::resume(&args),
+        Command::Resume(args) => resume::run(&args),
         Command::Work(args) => work::run(&args),
         Command::Worker(args) => worker::run(&args),
         Command::Completions(args) => shell::completions(&args),
@@ -258,8 +244,7 @@ impl Command {
             Self::Work(args) => (given(&args.controllers), None),
             Self::Evaluate(args) => (Some(Cow::Owned(args.controllers()?)), None),
             Self::Transfer(args) => (Some(Cow::Owned(args.controllers()?)), None),
-            Self::Submit(args) | Self::Resume(args) => (given(&args.controllers), Some(&args.dir)),
-            Self::Check(args) => (given(&args.controllers), Some(&args.dir)),
+            Self::Resume(args) => (given(&args.controllers), Some(&args.dir)),
             Self::Status(args) => (None, Some(&args.dir)),
             _ => (None, None),
         })

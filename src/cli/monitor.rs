@@ -1,12 +1,9 @@
 //! What `run` says while its workers work: progress, notes and JSON lines.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::thread::available_parallelism;
-use std::time::Instant;
 
 use serde_json::json;
 
-use super::forecast::{Forecast, Job, range};
 use super::output::{Progress, line, note};
 use crate::run::domain::{Domain, Objective};
 use crate::run::effort::TaskEffort;
@@ -19,11 +16,8 @@ use crate::store::record::{Outcome, Record, Summary};
 /// training that explores.
 const RECENT_EPISODES: usize = 5;
 
-/// Units of the progress bar for the whole run.
-const UNITS: u64 = 1000;
-
-/// How many times as long as looking ahead takes until it is done again.
-const LOOK_AHEAD_SHARE: f64 = 50.0;
+/// Units of the progress bar for an expected second of work.
+const UNITS_PER_S: f64 = 1000.0;
 
 /// A task to do and how far it is.
 struct Work {
@@ -41,6 +35,11 @@ impl Work {
             0 => format!("{method} on {point}"),
             _ => format!("{method} on {point} (replicate {replicate})"),
         }
+    }
+
+    /// Returns the expected seconds of what is done.
+    fn seconds(&self) -> f64 {
+        if self.episodes == 0 { 0.0 } else { self.effort.worker_seconds(self.episodes) }
     }
 
     /// Returns how far the task is; `baseline` is the baseline's objective on its point MDP.
@@ -61,12 +60,8 @@ impl Work {
 /// Turns events into progress, notes and JSON lines.
 pub(super) struct Monitor<'d> {
     progress: Progress,
-    forecast: Forecast,
-    start: Instant,
-    /// When to look ahead again, seconds.
-    next_s: f64,
-    /// Largest share of the time that has been shown as gone.
-    shown: u64,
+    /// Expected seconds of what is done.
+    done_s: f64,
     work: BTreeMap<usize, Work>,
     /// The baseline's objective by point MDP.
     baselines: BTreeMap<String, f64>,
@@ -89,34 +84,23 @@ impl<'d> Monitor<'d> {
     ///
     /// * `domain` — what is evaluated.
     /// * `done` — what earlier runs have done.
-    /// * `jobs` — workers at the same time.
     pub(super) fn new<'a>(
         todo: impl IntoIterator<Item = (Task, TaskEffort)>,
         domain: &'d dyn Domain,
         done: impl IntoIterator<Item = (&'a Task, &'a Record)>,
-        jobs: usize,
         json: bool,
         quiet: bool,
     ) -> Self {
-        let todo: Vec<(Task, TaskEffort)> = todo.into_iter().collect();
-        let all = todo.iter().map(|(task, effort)| {
-            let (method, point) = (task.method.clone(), task.point.clone());
-            Job { task: task.task, method, point, effort: *effort }
-        });
-        let processors = available_parallelism().map_or(1, |n| n.get());
-        let forecast = Forecast::new(all.collect(), jobs, processors);
         let work: BTreeMap<usize, Work> = todo
             .into_iter()
             .map(|(task, effort)| {
                 (task.task, Work { task, effort, episodes: 0, recent: VecDeque::new() })
             })
             .collect();
+        let all_s: f64 = work.values().map(|work| work.effort.whole_seconds()).sum();
         let mut monitor = Self {
-            progress: Progress::new(UNITS, None, quiet || json),
-            forecast,
-            start: Instant::now(),
-            next_s: 0.0,
-            shown: 0,
+            progress: Progress::new((all_s * UNITS_PER_S) as u64, None, quiet || json),
+            done_s: 0.0,
             work,
             baselines: BTreeMap::new(),
             domain,
@@ -138,26 +122,23 @@ impl<'d> Monitor<'d> {
 
     /// Takes note of an event and shows the progress.
     pub(super) fn handle(&mut self, event: Event) {
-        let now_s = self.start.elapsed().as_secs_f64();
         match event {
             Event::Progress { task, progress } => {
                 let Some(work) = self.work.get_mut(&task) else { return };
+                self.done_s -= work.seconds();
                 work.episodes = progress.episodes.min(work.effort.episodes());
+                self.done_s += work.seconds();
                 work.recent.push_back(progress.objective);
                 if work.recent.len() > RECENT_EPISODES {
                     work.recent.pop_front();
                 }
                 self.latest = Some(task);
-                self.forecast.episode(task, work.episodes, now_s);
-            }
-            Event::Fewer { workers, asked, reason } => {
-                self.say(&format!("{workers} of {asked} workers can run at a time: {reason}"));
             }
             Event::Retry { task, reason } => {
                 let Some(work) = self.work.get_mut(&task) else { return };
+                self.done_s -= work.seconds();
                 work.episodes = 0;
                 work.recent.clear();
-                self.forecast.retry(task, now_s);
                 let name = work.name();
                 let reason = self.told(task, reason);
                 let text = format!("task {task} ({name}) failed and is tried again: {reason}");
@@ -166,7 +147,6 @@ impl<'d> Monitor<'d> {
             }
             Event::Undone { task, reason } => {
                 let Some(work) = self.work.get(&task) else { return };
-                self.forecast.finish(task, false, now_s);
                 let (name, Task { method, point, replicate, .. }) =
                     (work.name(), work.task.clone());
                 self.latest = self.latest.filter(|latest| *latest != task);
@@ -184,28 +164,9 @@ impl<'d> Monitor<'d> {
                     }));
                 }
             }
-            Event::Finished(record) => {
-                let well = record.summary.outcome == Outcome::Ok;
-                self.forecast.finish(record.summary.task, well, now_s);
-                self.finish(&record);
-            }
+            Event::Finished(record) => self.finish(&record),
         }
-        if now_s >= self.next_s {
-            self.look_ahead(now_s);
-        }
-        self.progress.set(self.shown, &self.message());
-    }
-
-    /// Shows how long the run still takes; of many tasks that takes a while itself, so it is not done at every event.
-    fn look_ahead(&mut self, now_s: f64) {
-        let left = self.forecast.left(now_s);
-        let middle_s = (left[0].as_secs_f64() * left[1].as_secs_f64()).sqrt();
-        let share = now_s / (now_s + middle_s).max(f64::MIN_POSITIVE);
-        // A forecast that gets longer moves no bar back.
-        self.shown = self.shown.max((UNITS as f64 * share) as u64);
-        self.progress.set_left(range(left));
-        let took_s = self.start.elapsed().as_secs_f64() - now_s;
-        self.next_s = now_s + took_s * LOOK_AHEAD_SHARE;
+        self.progress.set((self.done_s * UNITS_PER_S) as u64, &self.message());
     }
 
     /// Removes the bar.
@@ -242,7 +203,9 @@ impl<'d> Monitor<'d> {
         self.latest = self.latest.filter(|latest| *latest != summary.task);
         self.keep_baseline(summary);
         if let Some(work) = self.work.get_mut(&summary.task) {
+            self.done_s -= work.seconds();
             work.episodes = work.effort.episodes();
+            self.done_s += work.seconds();
         }
         let method = find(self.domain.methods(), &summary.method);
         if method.is_ok_and(|m| m.training == Training::Learned) {
@@ -329,7 +292,7 @@ mod tests {
         let todo: Vec<_> = tasks().into_iter().map(|t| (t.clone(), effort(&t))).collect();
         let tasks = tasks();
         let done = records.iter().map(|record| (&tasks[record.summary.task], record));
-        Monitor::new(todo, domains()[0], done, 2, false, true)
+        Monitor::new(todo, domains()[0], done, false, true)
     }
 
     fn progress(task: usize, episodes: u32, delay_s: f64) -> Event {

@@ -5,7 +5,6 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use super::threads::can_start;
 use basics::plain::plain;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -49,8 +48,6 @@ pub(super) struct Progress {
     bar: ProgressBar,
     what: Option<&'static str>,
     total: u64,
-    /// Time that is left, where whoever works knows better than what has passed tells.
-    left: Option<String>,
     plain: bool,
     last_line: Instant,
     start: Instant,
@@ -65,26 +62,17 @@ impl Progress {
         } else {
             ProgressBar::new(total)
         };
-        let (count, left) = match what {
-            Some(_) => ("{pos}/{len} {prefix}", "{eta}"),
-            None => ("{percent}%", "{prefix}"),
-        };
-        let template = format!("{{bar:30}} {count}, {{elapsed}} gone, {left} left  {{wide_msg}}");
+        let count = what.map_or("{percent}%", |_| "{pos}/{len} {prefix}");
+        let template = format!("{{bar:30}} {count}, {{elapsed}} gone, {{eta}} left  {{wide_msg}}");
         let style = ProgressStyle::with_template(&template).expect("the template is valid");
         bar.set_style(style.progress_chars("=> "));
         bar.set_prefix(what.unwrap_or_default());
-        if terminal && !quiet && can_start() {
+        if terminal && !quiet {
             bar.enable_steady_tick(Duration::from_millis(500));
         }
         let plain = !quiet && !terminal;
         let now = Instant::now();
-        Self { bar, what, total, left: None, plain, last_line: now, start: now }
-    }
-
-    /// Says how long it still takes.
-    pub(super) fn set_left(&mut self, left: String) {
-        self.bar.set_prefix(left.clone());
-        self.left = Some(left);
+        Self { bar, what, total, plain, last_line: now, start: now }
     }
 
     /// Says how many units are done.
@@ -99,13 +87,9 @@ impl Progress {
 
     fn plain_line(&self, done: u64, message: &str) -> String {
         let elapsed = self.start.elapsed();
-        let left = if let Some(left) = &self.left {
-            left.clone()
-        } else if done == 0 {
-            "unknown time".to_owned()
-        } else {
-            let factor = self.total.saturating_sub(done) as f64 / done as f64;
-            duration(elapsed.mul_f64(factor))
+        let left = match done {
+            0 => "unknown time".to_owned(),
+            _ => duration(elapsed.mul_f64(self.total.saturating_sub(done) as f64 / done as f64)),
         };
         let separator = if message.is_empty() { "" } else { ", " };
         let total = self.total;

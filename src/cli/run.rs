@@ -16,7 +16,7 @@ use serde_json::json;
 
 use self::begun::Begun;
 use super::dry_run::estimate;
-use super::executors::{Executes, abroad, hand_over, note_doubled};
+use super::executors::{Executes, hand_over};
 use super::folder::RESULTS;
 use super::interrupt::interrupted;
 use super::json::merge;
@@ -29,15 +29,12 @@ use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::heartbeat;
 use crate::report::format;
-use crate::run::batch::BatchSystem;
-use crate::run::error::RunError;
 use crate::run::method::{Method, Training};
 use crate::run::plan::{Draft, EVALUATION_SEEDS, Request, draft};
 use crate::run::session::{Session, open};
 use crate::run::watchdog::Watchdog;
 use crate::sample::{Choice, Sampling};
 use crate::store::manifest::Identity;
-use crate::store::results::Results;
 use crate::traffic::sim::SimError;
 
 /// Most warnings that a run prints when it begins.
@@ -323,11 +320,11 @@ fn work(
     }
     let mut done: Option<usize> = None;
     while let Some(results) = looks::next((session, request.problem), done, args)? {
-        if let Some(system) = args.executor.batch_system() {
-            return hand_over_rest(args, system, &local, &results);
-        }
-        if !args.quiet {
-            note_doubled(&session.layout);
+        if args.executor != Executes::Local && results.missing().next().is_some() {
+            let launcher = local.launcher.clone();
+            let what = (session, request.domain);
+            hand_over(args.executor, what, &results, &args.workers, launcher)?;
+            return Ok(exit::DONE);
         }
         if let Some(code) = local.work_on(&results, &interrupted)? {
             return Ok(code);
@@ -335,21 +332,4 @@ fn work(
         done = Some(results.plan().len());
     }
     local.summarise()
-}
-
-/// Hands over what results lack.
-fn hand_over_rest(
-    args: &RunArgs,
-    system: &dyn BatchSystem,
-    local: &LocalRun<'_>,
-    results: &Results,
-) -> anyhow::Result<u8> {
-    if results.missing().next().is_none() {
-        return local.summarise();
-    }
-    let there = abroad(&local.session.layout).map_err(RunError::from)?;
-    there.say_of_another();
-    let launcher = local.launcher.clone();
-    hand_over(system, (local.session, local.domain), results, &there, &args.workers, launcher)?;
-    Ok(exit::DONE)
 }

@@ -1,6 +1,5 @@
 //! `tsc-family work`: what a job of a batch system does, one pack of tasks.
 
-use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -15,7 +14,7 @@ use super::values::{at_least_a_second, at_least_one_worker, megabytes};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::report::format;
-use crate::run::batch::submission::Packs;
+use crate::run::batch::packs_of;
 use crate::run::error::RunError;
 use crate::run::executor::{Event, Executor, Local};
 use crate::run::watchdog::STALL_TIMEOUT_S;
@@ -61,10 +60,9 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
     let interrupted = interrupted()?;
     let layout = Layout::new(&args.dir);
     let manifest = Manifest::read(&layout)?;
-    let packs = Packs::read(&layout, args.submission).map_err(RunError::from)?;
-    let pack = packs.tasks(&BTreeSet::from([args.pack])).map_err(RunError::from)?;
-    let [pack] = pack.as_slice() else {
-        let (number, count) = (args.submission, packs.count());
+    let packs = packs_of(&layout, args.submission).map_err(RunError::from)?.unwrap_or_default();
+    let Some(pack) = packs.get(args.pack) else {
+        let (number, count) = (args.submission, packs.len());
         let reason =
             format!("submission {number} has {count} packs, from 0, and no pack {}", args.pack);
         return Err(Refused(reason).into());
@@ -102,9 +100,6 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
         }
         Event::Retry { task, reason } => note(format!("task {task} is tried again: {reason}")),
         Event::Undone { task, reason } => note(format!("task {task} is not done: {reason}")),
-        Event::Fewer { workers, asked, reason } => {
-            note(format!("{workers} of {asked} workers: {reason}"));
-        }
         Event::Progress { .. } => {}
     })?;
     Ok(match left {

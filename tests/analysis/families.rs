@@ -89,10 +89,8 @@ impl MadeUp<'_> {
         fs::create_dir_all(root).unwrap();
         let layout = Layout::new(root);
         fs::write(layout.manifest(), serde_json::to_string(manifest).unwrap()).unwrap();
-        let (mut plan, sha256) = (String::new(), manifest.sha256());
+        let sha256 = manifest.sha256();
         for task in manifest.identity.tasks() {
-            plan.push_str(&serde_json::to_string(&task).unwrap());
-            plan.push('\n');
             let point = self.points.iter().find(|p| p.0 == task.point).unwrap();
             let method = self.methods.iter().position(|m| *m == task.method).unwrap();
             if let Some(value) = point.3[method] {
@@ -104,8 +102,7 @@ impl MadeUp<'_> {
                 Record::finished(&task, &sha256, result).commit(&layout).unwrap();
             }
         }
-        fs::write(layout.plan(), plan).unwrap();
-        layout
+            layout
     }
 }
 

@@ -96,10 +96,8 @@ pub(crate) fn write_results(
 ) -> Layout {
     let layout = Layout::new(root);
     fs::write(layout.manifest(), serde_json::to_string(&manifest).unwrap()).unwrap();
-    let (mut plan, sha256) = (String::new(), manifest.sha256());
+    let sha256 = manifest.sha256();
     for task in manifest.identity.tasks() {
-        plan.push_str(&serde_json::to_string(&task).unwrap());
-        plan.push('\n');
         match ending(&task) {
             None => {}
             Some(Ok(result)) => {
@@ -111,7 +109,6 @@ pub(crate) fn write_results(
             }
         }
     }
-    fs::write(layout.plan(), plan).unwrap();
     layout
 }
 

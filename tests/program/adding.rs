@@ -41,7 +41,7 @@ fn assert_same(dir: &Path, a: &str, b: &str) {
     let (a, b) = (dir.join(a), dir.join(b));
     assert_eq!(identity(&a), identity(&b));
     assert_eq!(records(&a), records(&b));
-    for file in ["plan.jsonl", "report/scores.csv", "report/pairs.csv"] {
+    for file in ["report/scores.csv", "report/pairs.csv"] {
         assert_eq!(fs::read(a.join(file)).unwrap(), fs::read(b.join(file)).unwrap(), "{file}");
     }
 }

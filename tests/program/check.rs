@@ -1,5 +1,4 @@
-//! `check`: all that is damaged in a results directory is found at once, and repaired by doing again what it takes
-//! and no more.
+//! `check`: all that is damaged in a results directory is found at once; what it names is done again once it is gone.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -64,7 +63,7 @@ fn a_sound_folder_is_said_to_be_sound() {
 }
 
 #[test]
-fn every_kind_of_damage_is_named_at_once_and_repaired() {
+fn every_kind_of_damage_is_named_at_once_and_done_again_when_it_is_gone() {
     let folder = results();
     let before = content(folder.path());
     let out = folder.path().join("out");
@@ -73,29 +72,28 @@ fn every_kind_of_damage_is_named_at_once_and_repaired() {
     let models: Vec<_> =
         before.keys().filter(|path| path.extension().is_some_and(|e| e == "safetensors")).collect();
     flip(models[1]);
-    fs::write(out.join("plan.jsonl"), "").unwrap();
     fs::create_dir_all(out.join("ckpt/000")).unwrap();
     fs::write(out.join("ckpt/000/2.safetensors"), "no tensors").unwrap();
     fs::write(out.join("done/000/99.jsonl"), "of another run").unwrap();
     let (code, said, notes) = check(folder.path(), "");
     assert_eq!(code, Some(2), "{said}");
-    for path in ["done/000/1.jsonl", "done/000/4.jsonl", "plan.jsonl", "ckpt/000/2.safetensors"] {
+    for path in ["done/000/1.jsonl", "done/000/4.jsonl", "ckpt/000/2.safetensors"] {
         assert!(said.contains(&format!("out/{path}: ")), "{path}: {said}");
     }
     assert!(said.contains("models/000/") && said.contains("4 of 6 records are sound"), "{said}");
     assert!(notes.contains("out/done/000/99.jsonl: belongs to no task of this run"), "{notes}");
-    assert!(notes.contains("5 files are damaged; --repair"), "{notes}");
+    assert!(notes.contains("4 files are damaged"), "{notes}");
 
-    let (code, said, notes) = check(folder.path(), "--repair");
+    let number = models[1].file_stem().unwrap().to_str().unwrap();
+    for task in ["1", "4", number] {
+        for file in [format!("done/000/{task}.jsonl"), format!("models/000/{task}.safetensors")] {
+            let _ = fs::remove_file(out.join(file));
+        }
+    }
+    fs::remove_file(out.join("ckpt/000/2.safetensors")).unwrap();
+    succeed(folder.path(), "resume out --quiet");
+    let (code, said, notes) = check(folder.path(), "");
     assert_eq!(code, Some(0), "{said}{notes}");
-    assert!(
-        said.ends_with(
-            "out: 6 of 6 records are sound, 2 models are sound, 2 point MDPs have their files\n"
-        ),
-        "{said}"
-    );
-    assert!(notes.contains("is done again (1 of"), "{notes}");
-    assert!(out.join("damaged/done/000/1.jsonl").exists());
     fs::remove_file(out.join("done/000/99.jsonl")).unwrap();
     assert_eq!(content(folder.path()), before);
     succeed(folder.path(), "report out");
@@ -112,24 +110,20 @@ fn damaged_networks_are_built_again_by_the_command_of_the_run() {
     let (code, said, _) = check(folder.path(), "");
     assert_eq!(code, Some(2));
     assert!(said.contains("busy.net.xml: it was altered since the run was planned"), "{said}");
-    let (code, said, notes) = check(folder.path(), "--repair");
-    assert_eq!(code, Some(2), "nothing is removed where a manifest says: {said}");
-    assert!(net.exists());
-    assert!(notes.contains("1 task is to do again, but its networks are not here"), "{notes}");
-    let (code, said, notes) = check(folder.path(), "--repair --networks networks/smoke");
-    assert_eq!(code, Some(6), "{said}{notes}");
+    fs::remove_file(record).unwrap();
+    fs::remove_dir_all(net.parent().unwrap()).unwrap();
     succeed(folder.path(), LEARN);
     assert_eq!(check(folder.path(), "").0, Some(0));
     assert_eq!(content(folder.path()), before);
 }
 
 #[test]
-fn what_can_only_come_from_a_copy_is_named_and_not_repaired() {
+fn what_can_only_come_from_a_copy_is_named() {
     let folder = results();
     let manifest = folder.path().join("out/manifest.json");
     let text = fs::read_to_string(&manifest).unwrap();
     fs::write(&manifest, text.replacen("\"base_seed\": 0", "\"base_seed\": 1", 1)).unwrap();
-    let (code, said, _) = check(folder.path(), "--repair");
+    let (code, said, _) = check(folder.path(), "");
     assert_eq!(code, Some(2));
     assert!(
         said.contains("out/manifest.json: it is not the manifest of the records beside it, 6 of"),
@@ -137,7 +131,7 @@ fn what_can_only_come_from_a_copy_is_named_and_not_repaired() {
     );
     assert!(!said.contains("done/000"), "{said}");
     fs::write(&manifest, &text[..text.len() / 2]).unwrap();
-    let (code, said, notes) = check(folder.path(), "--repair");
+    let (code, said, notes) = check(folder.path(), "");
     assert_eq!(code, Some(2), "{said}{notes}");
     assert!(
         said.contains("out/manifest.json: ") && said.contains("restore it from a copy"),
@@ -178,14 +172,11 @@ fn the_same_command_writes_what_a_run_began_with_again_and_keeps_the_records() {
             let said = stderr(&output);
             assert!(said.contains("design.json: it is not what the sample"), "{said}");
             assert!(said.contains("or move it away and repeat the command"), "{said}");
-            let (code, said, _) = check(folder.path(), "--repair");
-            assert_eq!(code, Some(2), "it needs the scenario: {said}");
             fs::remove_file(out.join("design.json")).unwrap();
         } else {
             let (_, said, _) = check(folder.path(), "");
             assert!(said.contains("design.json: it is missing; restore it from a copy"), "{said}");
         }
-        fs::remove_file(out.join("plan.jsonl")).unwrap();
         succeed(folder.path(), &format!("{LEARN} --budget 2"));
         assert_eq!(read("design.json"), design);
     }
@@ -208,9 +199,9 @@ fn places_in_which_a_digit_is_another_are_refused_and_written_again() {
     assert!(stderr(&output).contains(said), "{}", stderr(&output));
     let (code, said, _) = check(folder.path(), "");
     assert_eq!(code, Some(2));
-    let expected = "out/places.json: altered: the checksum does not match; the command of the run writes it again\n";
+    let expected = "out/places.json: altered: the checksum does not match; delete it; the command of the run writes it again\n";
     assert!(said.starts_with(expected), "{said}");
-    assert_eq!(check(folder.path(), "--repair").0, Some(0));
+    fs::remove_file(&path).unwrap();
     succeed(folder.path(), run);
     assert_eq!(fs::read_to_string(&path).unwrap(), text);
 }

@@ -66,9 +66,6 @@ fn a_run_is_told_in_lines_repaired_by_repeating_it_and_reported_against_others()
     assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
     assert!(!folder.read("out/report/against-actuated/summary.csv").contains(",baseline,"));
     folder.refuses(&[("report out --against idqn", "no scores against `idqn`")]);
-    let plan = folder.read("out/plan.jsonl");
-    folder.write("out/plan.jsonl", plan.trim_end().rsplit_once('\n').unwrap().0);
-    folder.refuses(&[("report out", "plan.jsonl")]);
 }
 
 #[test]

@@ -6,6 +6,8 @@ use std::process::{Command, Output};
 
 use crate::common::{stderr, stdout};
 use serde_json::Value;
+use tsc_family::store::Layout;
+use tsc_family::store::manifest::Manifest;
 
 const SHORT: [&str; 6] =
     ["--set", "ppo.total_steps=2048", "--set", "dqn.total_steps=2000", "--eval-seeds", "2"];
@@ -135,13 +137,10 @@ fn a_look_that_was_handed_over_is_under_way_before_it_has_a_record() {
 
 /// The tasks of a look, counted from 0.
 fn plan_of_look(out: &Path, look: usize) -> Vec<u64> {
-    let manifest: Value =
-        serde_json::from_str(&fs::read_to_string(out.join("manifest.json")).unwrap()).unwrap();
-    let draws = &manifest["identity"]["sample"]["growth"]["looks"][look]["draws"];
-    let drawn: Vec<&Value> = draws.as_array().unwrap().iter().map(|d| &d["point"]).collect();
-    let plan = fs::read_to_string(out.join("plan.jsonl")).unwrap();
-    let plan = plan.lines().map(|l| serde_json::from_str::<Value>(l).unwrap());
-    plan.filter(|t| drawn.contains(&&t["point"])).filter_map(|t| t["task"].as_u64()).collect()
+    let identity = Manifest::read(&Layout::new(out)).unwrap().identity;
+    let drawn = &identity.sample.growth.as_ref().unwrap().looks[look].draws;
+    let has = |point: &str| drawn.iter().any(|draw| draw.point == point);
+    identity.tasks_of(|_, point| has(point)).iter().map(|task| task.task as u64).collect()
 }
 
 #[test]

@@ -11,7 +11,7 @@ use crate::stats::Direction;
 use crate::stats::score::weighted_mean;
 use crate::stats::summary::weighted_median;
 use crate::store::manifest::Task;
-use crate::store::record::{Metrics, Record, Row};
+use crate::store::record::{Metrics, Record, Row, means};
 use crate::store::results::Results;
 
 /// One evaluation episode.
@@ -117,7 +117,7 @@ fn by_seed(rows: &[Done<'_>], method: &str) -> BySeed {
     for row in own.filter_map(|(_, record)| *record).flat_map(Record::evaluations) {
         found.entry(row.seed).or_default().push(&row.metrics);
     }
-    found.into_iter().map(|(seed, all)| (seed, Metrics::means(all))).collect()
+    found.into_iter().map(|(seed, all)| (seed, means(all))).collect()
 }
 
 impl EpisodeSummary {

@@ -12,7 +12,7 @@ use crate::sample::Draw;
 use crate::stats::PointObjectives;
 use crate::stats::score::mean;
 use crate::store::manifest::{PointRow, Task};
-use crate::store::record::{Metrics, Outcome, Record, Row};
+use crate::store::record::{Metrics, Outcome, Record, Row, means};
 use crate::store::results::Results;
 
 /// Objective by evaluation seed, each once and in order.
@@ -238,7 +238,7 @@ fn summarise_cell(
     let score = objectives.score().ok();
     Some(PointResult {
         objective: mean(&values)?,
-        metrics: Metrics::means(records.iter().map(|r| &r.summary.metrics)),
+        metrics: means(records.iter().map(|r| &r.summary.metrics)),
         score,
         objectives: score.map(|_| objectives),
         replicates,

@@ -18,7 +18,6 @@ use crate::sample::{Design, SamplePlan};
 use crate::store::assisting::TRAINING;
 use crate::store::error::StoreError;
 use crate::store::manifest::{Identity, Manifest, Task};
-use crate::store::plan::write_plan;
 use crate::store::results::Results;
 use crate::store::{Layout, difference};
 use basics::files::{
@@ -156,7 +155,6 @@ pub(super) fn add(
     for name in FOLDERS {
         make_folder_beneath(layout.root(), &adding.root().join(name))?;
     }
-    write_plan(&adding, tasks)?;
     if let Some(design) = design {
         write_atomically(&adding.design(), &design.to_json())?;
     }
@@ -225,7 +223,6 @@ pub(super) fn finish(layout: &Layout) -> Result<(), StoreError> {
             }
         }
         let files = [
-            (adding.plan(), layout.plan()),
             (adding.design(), layout.design()),
             (adding.replaced(), layout.replaced()),
         ];

@@ -15,9 +15,6 @@ use crate::store::manifest::{Identity, PointRow};
 /// Processor time of starting a worker and of loading its network, seconds.
 pub const SECONDS_PER_TASK: f64 = 0.2;
 
-/// Expected seconds that count as observed as expected.
-const PRIOR_S: f64 = 3.0;
-
 /// The episodes of a task and about how long each takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TaskEffort {
@@ -54,22 +51,6 @@ impl TaskEffort {
         let training = episodes.min(self.training);
         let evaluation = (episodes - training).min(self.evaluation);
         f64::from(training) * self.training_s + f64::from(evaluation) * self.evaluation_s
-    }
-}
-
-/// Observed and expected seconds.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Seen {
-    /// What was observed.
-    pub observed_s: f64,
-    /// What was expected.
-    pub expected_s: f64,
-}
-
-impl Seen {
-    /// Returns the factor between the two; of the expected seconds times `by`.
-    pub fn factor(&self, by: f64) -> f64 {
-        (self.observed_s + PRIOR_S) / (self.expected_s * by + PRIOR_S)
     }
 }
 

@@ -1,7 +1,6 @@
 //! What a run consists of, decided completely before the first task.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use super::add;
 use super::domain::{Domain, Prepared, Problem};
@@ -11,7 +10,6 @@ use crate::family::Feature;
 use crate::sample::looks::{halves, looks};
 use crate::sample::{Choice, Design, Growth, SampleError, SamplePlan, Until};
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
-use crate::store::plan;
 use crate::store::results::sound_records;
 use crate::store::{Layout, SCHEMA_VERSION, StoreError, most};
 use basics::files::write_atomically;
@@ -227,7 +225,7 @@ pub struct Change<'a> {
     pub untrained: &'a [&'a str],
 }
 
-/// Writes plan and manifest into a new results directory. An existing one that holds the same run stays as it is, with
+/// Writes the manifest into a new results directory. An existing one that holds the same run stays as it is, with
 /// its own provenance; to one that holds a part of the run, the rest is added. The manifest comes last: with it the directory
 /// is complete.
 ///
@@ -248,14 +246,14 @@ pub fn establish(
     add::finish(layout)?;
     let replaced = change.replaced;
     if !layout.manifest().exists() {
-        write_plan(layout, tasks, design, false)?;
+        write_design(layout, design, false)?;
         write_atomically(&layout.manifest(), &manifest.to_json())?;
         return Ok(Established { manifest, kept: None });
     }
     let existing = Manifest::read(layout)?;
     let (there, now) = (&existing.identity, &manifest.identity);
     if there == now && (replaced.is_empty() || add::is_replacing(layout, tasks, replaced)) {
-        write_plan(layout, tasks, design, true)?;
+        write_design(layout, design, true)?;
         return Ok(Established { manifest: existing, kept: None });
     }
     let Some(difference) = add::obstacle(there, now, change) else {
@@ -279,18 +277,9 @@ pub fn establish(
     Err(StoreError::Mismatch { path, difference, command })
 }
 
-/// Writes the plan, and what the sample was spread over; `missing`: only what is not there any more.
-fn write_plan(
-    layout: &Layout,
-    tasks: &[Task],
-    design: Option<&Design>,
-    missing: bool,
-) -> Result<(), StoreError> {
-    let is_kept = |path: &Path| missing && path.exists();
-    if !is_kept(&layout.plan()) {
-        plan::write_plan(layout, tasks)?;
-    }
-    if let Some(design) = design.filter(|_| !is_kept(&layout.design())) {
+/// Writes what the sample was spread over; `missing`: only where it is not there any more.
+fn write_design(layout: &Layout, design: Option<&Design>, missing: bool) -> Result<(), StoreError> {
+    if let Some(design) = design.filter(|_| !(missing && layout.design().exists())) {
         write_atomically(&layout.design(), &design.to_json())?;
     }
     Ok(())

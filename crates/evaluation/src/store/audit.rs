@@ -11,7 +11,6 @@ use super::builds::Builds;
 use super::dropped::read_dropped;
 use super::manifest::{Manifest, Task};
 use super::packed::is_packed;
-use super::plan::read_plan;
 use super::reach::Reach;
 use super::record::{Outcome, Record};
 use super::results::{Damaged, all_of_another, read_design, read_records};
@@ -38,8 +37,6 @@ pub enum Remedy {
     Discard,
     /// The command that began the run writes it again.
     Renew,
-    /// It follows from the manifest.
-    Rewrite,
     /// The command that began the run builds it again, once it is gone.
     Rebuild,
     /// It comes from a copy, or from the command that began the run once it is away.
@@ -70,7 +67,7 @@ pub struct Audit {
 }
 
 impl Audit {
-    /// Reads the plan, the design of the sample and all records.
+    /// Reads the design of the sample and all records.
     ///
     /// # Arguments
     ///
@@ -100,10 +97,6 @@ impl Audit {
             // What it says of the other files says nothing of them.
             audit.tasks.clear();
             return Ok(audit);
-        }
-        match read_plan(layout, &manifest.identity).map(drop) {
-            Err(StoreError::Plan { path, reason }) => audit.add(path, reason, Remedy::Rewrite),
-            read => read?,
         }
         match read_design(layout, &manifest).map(drop) {
             Err(StoreError::Design { path, reason }) => audit.add(path, reason, Remedy::Begin),

@@ -40,18 +40,6 @@ pub enum StoreError {
         /// What is wrong with it.
         reason: String,
     },
-    /// A plan that is damaged or of another manifest.
-    #[error(
-        "{}: {reason}; `tsc-family check {} --repair` writes it again, as it follows from manifest.json",
-        .path.display(),
-        .path.parent().unwrap_or(.path).display()
-    )]
-    Plan {
-        /// The plan.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
     /// A file that a person wrote for reports has something else.
     #[error("{}: {reason}; correct it, or delete it for the defaults", .path.display())]
     Setting {
@@ -147,7 +135,7 @@ pub enum StoreError {
     #[error(
         "{}: jobs of a batch system may still add records, so nothing can be added to the run; wait until \
          `tsc-family status` says that all tasks are done; if no job is left, do the missing tasks first with \
-         `tsc-family resume --executor local`; or give another --out",
+         `tsc-family resume`; or give another --out",
         .0.display()
     )]
     Submitted(PathBuf),

@@ -1,9 +1,8 @@
 //! Keeps two runs from working on one directory.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{Error, ErrorKind, Read};
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
-use std::path::Path;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Error, ErrorKind, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::thread;
 use std::time::Duration;
 
@@ -13,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Layout;
 use crate::store::error::StoreError;
-use basics::files::{FileError, beneath, new_beneath};
+use basics::files::{FileError, beneath};
 
 /// Most bytes that are read of it.
 const HOLDER_BYTES: u64 = 4096;
@@ -41,26 +40,22 @@ pub struct RunLock {
 impl RunLock {
     /// Takes the lock of a results directory.
     ///
-    /// The file says who holds it, and is not written in place: it may have a second name somewhere else. Whoever has
-    /// its lock puts a new one there, locked before anybody can see it; whoever asked for the old one asks again.
-    ///
     /// # Errors
     ///
     /// [`StoreError::Locked`] when another process has it.
     pub fn take(layout: &Layout, holder: &Holder) -> Result<Self, StoreError> {
         let path = layout.lock();
-        let text = serde_json::to_vec(holder).expect("plain data");
-        let mut asked = 0;
-        let _old = loop {
-            if !is_alone(&path)? {
-                // Nobody can have locked it for this folder but one who is just putting a new one there.
-                new_beneath(layout.root(), &path, &layout.tmp(), b"")?;
-            }
-            let mut file = open(layout, &path)?;
+        beneath(layout.root(), &path)?;
+        let failed = |e: Error| FileError::at("lock", &path)(e);
+        // Locks of network file systems take a file that is open for writing; without `NONBLOCK`, a pipe in its place would
+        // block.
+        let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed();
+        let mut options = OpenOptions::new();
+        options.read(true).write(true).create(true).truncate(false).custom_flags(flags);
+        let mut file = options.open(&path).map_err(failed)?;
+        for asked in 0.. {
             match file.try_lock() {
-                Ok(()) if is_at(&file, &path) => break file,
-                // Another process has put a new one there.
-                Ok(()) => {}
+                Ok(()) => break,
                 // Whoever asks for the holder has it for an instant.
                 Err(TryLockError::WouldBlock) if asked < 3 => thread::sleep(INSTANT),
                 Err(TryLockError::WouldBlock) => {
@@ -68,46 +63,14 @@ impl RunLock {
                     return Err(StoreError::Locked { path: layout.root().to_path_buf(), holder });
                 }
                 // Some file systems of a network have no locks. Two runs at a time leave the same records, only twice the work.
-                Err(TryLockError::Error(e)) if has_no_locks(&e) => break file,
-                Err(TryLockError::Error(e)) => return Err(FileError::at("lock", &path)(e).into()),
+                Err(TryLockError::Error(e)) if has_no_locks(&e) => break,
+                Err(TryLockError::Error(e)) => return Err(failed(e).into()),
             }
-            asked += 1;
-        };
-        Ok(Self { _file: new_beneath(layout.root(), &path, &layout.tmp(), &text)? })
+        }
+        let text = serde_json::to_vec(holder).expect("plain data");
+        file.set_len(0).and_then(|()| file.write_all(&text)).map_err(failed)?;
+        Ok(Self { _file: file })
     }
-}
-
-/// Whether a file has no other name; one that is not there yet has none.
-fn is_alone(path: &Path) -> Result<bool, FileError> {
-    match fs::symlink_metadata(path) {
-        Ok(about) => Ok(about.nlink() <= 1),
-        Err(e) if e.kind() == ErrorKind::NotFound => Ok(true),
-        Err(e) => Err(FileError::at("read", path)(e)),
-    }
-}
-
-/// Opens the file to lock it, made where it is missing; locks of network file systems take one that is open for writing.
-fn open(layout: &Layout, path: &Path) -> Result<File, FileError> {
-    beneath(layout.root(), path)?;
-    // Without `NONBLOCK`, a pipe without a reader would block.
-    let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::NOCTTY).bits();
-    let failed = |e: Error| FileError::at("create", path)(e);
-    let flags = i32::try_from(flags).map_err(|_| failed(ErrorKind::Unsupported.into()))?;
-    let mut options = OpenOptions::new();
-    options.read(true).write(true).create(true).truncate(false).custom_flags(flags);
-    let file = options.open(path).map_err(failed)?;
-    if !file.metadata().map_err(failed)?.is_file() {
-        let reason = "a pipe or device stands in its place; remove it";
-        return Err(failed(Error::new(ErrorKind::InvalidInput, reason)));
-    }
-    Ok(file)
-}
-
-/// Whether a file is still the one that a path leads to.
-fn is_at(file: &File, path: &Path) -> bool {
-    let of = |about: fs::Metadata| (about.dev(), about.ino());
-    let there = fs::symlink_metadata(path).ok().map(of);
-    there.is_some() && there == file.metadata().ok().map(of)
 }
 
 /// Returns who works on a results directory just now, in words; `None` where nobody does or that cannot be told.
@@ -154,37 +117,6 @@ mod tests {
         let _first = RunLock::take(&layout, &holder()).unwrap();
         let e = RunLock::take(&layout, &holder()).unwrap_err().to_string();
         assert!(e.contains("process 42, started 2026-01-01T00:00:00Z"), "{e}");
-    }
-
-    #[test]
-    fn a_lock_with_a_second_name_is_replaced_and_still_keeps_others_out() {
-        let dir = tempfile::tempdir().unwrap();
-        let layout = Layout::new(dir.path().join("results"));
-        layout.make().unwrap();
-        let other = dir.path().join("precious");
-        fs::write(&other, "precious").unwrap();
-        fs::hard_link(&other, layout.lock()).unwrap();
-        let _first = RunLock::take(&layout, &holder()).unwrap();
-        assert_eq!(fs::read_to_string(&other).unwrap(), "precious");
-        let e = RunLock::take(&layout, &holder()).unwrap_err().to_string();
-        assert!(e.contains("process 42"), "{e}");
-        // What `cp -rl` makes of it while it is held.
-        fs::remove_file(&other).unwrap();
-        fs::hard_link(layout.lock(), &other).unwrap();
-        drop(_first);
-        let _second = RunLock::take(&layout, &Holder { pid: 43, ..holder() }).unwrap();
-        assert!(fs::read_to_string(&other).unwrap().contains("42"));
-        assert!(super::holder(&layout).unwrap().contains("process 43"));
-    }
-
-    #[test]
-    fn a_pipe_in_place_of_the_lock_is_refused_and_does_not_block() {
-        let dir = tempfile::tempdir().unwrap();
-        let layout = Layout::new(dir.path());
-        let made = std::process::Command::new("mkfifo").arg(layout.lock()).status().unwrap();
-        assert!(made.success());
-        let e = RunLock::take(&layout, &holder()).unwrap_err().to_string();
-        assert!(e.contains("a pipe or device stands in its place; remove it"), "{e}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The manifest and the plan: what a run is, written before anything runs.
+//! The manifest: what a run is, and so its tasks, written before anything runs.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -244,20 +244,19 @@ impl Manifest {
     ///
     /// # Errors
     ///
-    /// [`StoreError::NotResults`] when there is none, nor a plan beside it, [`StoreError::Version`] for another schema,
+    /// [`StoreError::NotResults`] when there is none, nor records beside it, [`StoreError::Version`] for another schema,
     /// [`StoreError::Adding`] where a command that adds to the run was interrupted, [`StoreError::Manifest`] for anything else.
     pub fn read(layout: &Layout) -> Result<Self, StoreError> {
         if Layout::new(layout.adding()).manifest().exists() {
             return Err(StoreError::Adding(layout.root().to_path_buf()));
         }
         let path = layout.manifest();
-        let bytes =
-            layout.document("manifest.json")?.ok_or_else(|| match layout.plan().exists() {
-                true => {
-                    StoreError::Manifest { path: path.clone(), reason: "it is missing".to_owned() }
-                }
-                false => StoreError::NotResults(layout.root().to_path_buf()),
-            })?;
+        let bytes = layout.document("manifest.json")?;
+        let has_records = || layout.root().join("done").exists();
+        let bytes = bytes.ok_or_else(|| match has_records() {
+            true => StoreError::Manifest { path: path.clone(), reason: "it is missing".to_owned() },
+            false => StoreError::NotResults(layout.root().to_path_buf()),
+        })?;
         Self::parse(&bytes, &path)
     }
 

@@ -1,8 +1,7 @@
-//! A results directory: manifest, plan, one immutable record per task.
+//! A results directory: manifest, and one immutable record per task.
 //!
 //! ```text
 //! DIR/manifest.json               what the run is: everything needed to repeat it
-//! DIR/plan.jsonl                  every task, one line each, written before the first one runs
 //! DIR/done/KKK/K.jsonl            the record of task K, linked into place when complete
 //! DIR/models/KKK/K.safetensors    what the method of task K has learned, if it learns
 //! DIR/ckpt/KKK/K.safetensors      how far the training of task K has come, until it has a record
@@ -13,10 +12,10 @@
 //! DIR/jobs/N/                     what was handed over to a batch system
 //! DIR/lock.json                   held while a local run goes on
 //! DIR/report/                     what `tsc-family report` writes
-//! DIR/damaged/                    what `tsc-family check --repair` has set aside
 //! ```
 //!
-//! KKK is K / 1000. The truth is `done/`; everything else follows from it and the manifest.
+//! KKK is K / 1000, and the tasks follow from the manifest ([`manifest::Identity::tasks`]). The truth is `done/`; everything
+//! else follows from it and the manifest.
 
 pub mod assisting;
 pub mod audit;
@@ -29,12 +28,10 @@ pub mod figures;
 mod links;
 pub mod lock;
 pub mod manifest;
-pub mod metrics;
 pub mod most;
 pub mod opaque;
 pub mod own;
 pub mod packed;
-pub mod plan;
 pub mod reach;
 pub mod record;
 pub mod results;
@@ -70,11 +67,6 @@ impl Layout {
     /// `manifest.json`.
     pub fn manifest(&self) -> PathBuf {
         self.root.join("manifest.json")
-    }
-
-    /// `plan.jsonl`.
-    pub fn plan(&self) -> PathBuf {
-        self.root.join("plan.jsonl")
     }
 
     /// `adding/`: the files of a larger run, before they take the places of the old ones.
@@ -120,11 +112,6 @@ impl Layout {
     /// `tmp/`: files that are not complete yet, on the same file system.
     pub fn tmp(&self) -> PathBuf {
         self.root.join("tmp")
-    }
-
-    /// `damaged/`: what `tsc-family check --repair` has set aside.
-    pub fn damaged(&self) -> PathBuf {
-        self.root.join("damaged")
     }
 
     /// The record of a task.

@@ -17,9 +17,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Layout;
 use super::manifest::{Manifest, Task};
-use super::metrics::Metrics;
 use super::opaque::Opaque;
-use super::record::{Outcome, Record, Row, RowKind, Summary, Trained, mean_metrics};
+use super::record::{Metrics, Outcome, Record, Row, RowKind, Summary, Trained, mean_metrics};
 use super::results::Results;
 use super::wall::Wall;
 use crate::store::error::StoreError;
@@ -260,7 +259,6 @@ mod tests {
         layout.make().unwrap();
         let (manifest, tasks) = with_request(&["tuner".to_owned()], 2, 1);
         let sha256 = manifest.sha256();
-        crate::store::plan::write_plan(&layout, &tasks).unwrap();
         fs::write(layout.manifest(), manifest.to_json()).unwrap();
         let training = (0..20).map(|episode| row(RowKind::Training, episode));
         let rows: Vec<Row> = training.chain(kinds.iter().map(|kind| row(*kind, 1))).collect();
@@ -274,7 +272,6 @@ mod tests {
         pack(&layout, &before, &layout.packed()).unwrap();
         fs::remove_dir_all(layout.root().join("done")).unwrap();
         fs::remove_file(layout.manifest()).unwrap();
-        fs::remove_file(layout.plan()).unwrap();
         let bytes = fs::read(layout.packed()).unwrap();
         (layout, before, bytes)
     }

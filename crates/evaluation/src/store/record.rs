@@ -13,7 +13,6 @@ use sha2::{Digest, Sha256};
 
 use super::figures::{LAST_EPISODES, LAST_PREFIX, RETURN, STEPS};
 use super::manifest::Task;
-pub use super::metrics::Metrics;
 use super::opaque::Opaque;
 use super::{Layout, SCHEMA_VERSION};
 use crate::stats::Direction;
@@ -25,6 +24,9 @@ use basics::hash::hex;
 
 /// Why a record is refused that is whole, and of another run.
 pub(super) const OTHER_MANIFEST: &str = "it belongs to another manifest";
+
+/// Named metrics; the unit is the suffix of the name.
+pub type Metrics = BTreeMap<String, f64>;
 
 /// How a task ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -414,7 +416,17 @@ pub fn mean_metrics(rows: &[Row]) -> Metrics {
 
 /// Returns the means over the rows of a kind of every metric that all of them have.
 pub fn means_of(rows: &[Row], kind: RowKind) -> Metrics {
-    Metrics::means(rows.iter().filter(|row| row.kind == kind).map(|row| &row.metrics))
+    means(rows.iter().filter(|row| row.kind == kind).map(|row| &row.metrics))
+}
+
+/// Returns the mean of every metric that all of some sets have.
+pub fn means<'a>(all: impl IntoIterator<Item = &'a Metrics>) -> Metrics {
+    let all: Vec<&Metrics> = all.into_iter().collect();
+    let of = |name: &String| {
+        let values: Option<Vec<f64>> = all.iter().map(|own| own.get(name).copied()).collect();
+        Some((name.clone(), mean(&values?)?))
+    };
+    all.first().into_iter().flat_map(|first| first.keys()).filter_map(of).collect()
 }
 
 #[cfg(test)]

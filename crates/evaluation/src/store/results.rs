@@ -11,7 +11,6 @@ use super::builds::Builds;
 use super::dropped::{Dropped, Needed, read_dropped};
 use super::manifest::{Manifest, Task};
 use super::packed::Packed;
-use super::plan::read_plan;
 use super::record::{OTHER_MANIFEST, Outcome, Record, RowKind};
 use crate::sample::{Design, Look};
 use crate::store::error::StoreError;
@@ -60,8 +59,7 @@ impl Results {
     ///
     /// Those of [`Self::load`].
     pub fn load_known(layout: &Layout, manifest: &Arc<Manifest>) -> Result<Self, StoreError> {
-        let plan = read_plan(layout, &manifest.identity);
-        let plan = plan.map_err(|e| at_fault(layout, manifest, e))?;
+        let plan = manifest.identity.tasks();
         let sha256 = manifest.sha256();
         let mut records = Vec::with_capacity(plan.len());
         let damaged = read_records(layout, &plan, &sha256, &Arc::new, &mut |_, record| {
@@ -239,20 +237,6 @@ pub fn sound_records(layout: &Layout, tasks: &[Task], sha256: &str) -> Result<us
 pub(super) fn all_of_another(sound: usize, damaged: &[Damaged]) -> Option<usize> {
     let of_another = damaged.iter().filter(|record| record.reason == OTHER_MANIFEST).count();
     Some(of_another).filter(|of_another| *of_another > 0 && sound == 0)
-}
-
-/// Returns what is at fault where a plan is not that of the manifest: the manifest if no record is of it, else the plan.
-fn at_fault(layout: &Layout, manifest: &Manifest, error: StoreError) -> StoreError {
-    if !matches!(error, StoreError::Plan { .. }) {
-        return error;
-    }
-    let (tasks, mut sound) = (manifest.identity.tasks(), 0);
-    let read = read_records(layout, &tasks, &manifest.sha256(), &drop, &mut |_, found| {
-        sound += usize::from(found.is_some());
-    });
-    let of_another = read.ok().and_then(|damaged| all_of_another(sound, &damaged));
-    of_another
-        .map_or(error, |records| StoreError::OtherManifest { path: layout.manifest(), records })
 }
 
 /// Refuses damaged records, all at once; the manifest, where it is what is damaged.

@@ -37,14 +37,6 @@ pub enum BatchError {
         /// What is wrong and the way out.
         reason: String,
     },
-    /// A submission that cannot be read.
-    #[error("{}: {reason}", .path.display())]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong and the way out.
-        reason: String,
-    },
     /// The way to the results directory or the program, which a batch system could not pass on.
     #[error("{} has {what} in its name, which batch systems do not pass on; choose another name", .path.display())]
     Name {

@@ -2,23 +2,18 @@
 //!
 //! A worker runs as a step (`srun`), so that the warning before the limit of time and the grace of a preemption reach it;
 //! it keeps its training and ends with [`STOPPED`], on which the script queues the element again. What a node that died
-//! had is queued again by Slurm. Who is still there is asked of `squeue`, which needs no accounting database; what is
-//! done, of the results directory.
+//! had is queued again by Slurm. What is done is asked of the results directory.
 
 use std::path::Path;
 use std::process::Command;
 
-use super::script::{command, write_executable};
-use super::submission::{Place, Submission, is_number};
-use super::{BatchError, BatchSystem, RESTARTS, Standing, Waiting};
+use super::{BatchError, RESTARTS, Submission};
 use crate::run::STOPPED;
 use basics::files::{self, limits};
+use basics::hash::sha256;
 
 /// Elements of an array: Slurm takes indices below 1001 unless it was set up otherwise.
 pub const PACKS_PER_ARRAY: usize = 1000;
-
-/// Name of the jobs.
-const NAME: &str = "tsc-family";
 
 /// Seconds before the limit of time at which a job is told: time for the episode that runs and its checkpoint.
 const WARNING_S: u32 = 90;
@@ -42,86 +37,70 @@ const OURS: [&str; 12] =
 /// Letters of options of `sbatch` without a value.
 const FLAGS: &str = "HhkOQsuvVW";
 
-/// The Slurm of this machine.
-#[derive(Debug, Clone, Copy)]
-pub struct Slurm;
+/// Returns the name of the jobs of a results directory, by which `scancel --name` finds them.
+///
+/// # Arguments
+///
+/// * `results` — absolute, so that a copy has another name.
+pub fn name(results: &Path) -> String {
+    let sha256 = sha256(results.as_os_str().as_encoded_bytes());
+    format!("tsc-family-{}", &sha256[..8])
+}
 
-impl BatchSystem for Slurm {
-    fn name(&self) -> &'static str {
-        "slurm"
-    }
-
-    fn submit(&self, submission: &Submission, place: &Place) -> Result<Vec<String>, BatchError> {
-        write_executable(place, &text(submission, place))?;
-        let output = place.output().join("%A_%a.txt");
-        let mut ids: Vec<String> = Vec::new();
-        for first in (0..submission.packs).step_by(PACKS_PER_ARRAY) {
-            let last = (submission.packs - first).min(PACKS_PER_ARRAY) - 1;
-            let mut sbatch = Command::new("sbatch");
-            sbatch
-                .args(["--parsable", "--job-name", NAME])
-                .arg(format!("--array=0-{last}"))
-                .arg("--output")
-                .arg(&output)
-                .arg("--chdir")
-                .arg(&place.from)
-                .arg(place.script())
-                .arg(first.to_string());
-            match said("sbatch", &mut sbatch) {
-                // With the name of the cluster behind it, where there are several.
-                Ok(said) => {
-                    let id = said.trim().split(';').next().unwrap_or_default();
-                    if !is_number(id) {
-                        return Err(BatchError::Refused { command: "sbatch", said });
-                    }
-                    ids.push(id.to_owned());
+/// Hands all packs of a submission over, and returns the ids that Slurm knows them by.
+///
+/// # Errors
+///
+/// [`BatchError`] when it does not take them.
+pub fn submit(submission: &Submission) -> Result<Vec<String>, BatchError> {
+    submission.write_executable(&text(submission))?;
+    let output = submission.output().join("%A_%a.txt");
+    let mut ids: Vec<String> = Vec::new();
+    for first in (0..submission.packs).step_by(PACKS_PER_ARRAY) {
+        let last = (submission.packs - first).min(PACKS_PER_ARRAY) - 1;
+        let mut sbatch = Command::new("sbatch");
+        sbatch
+            .args(["--parsable", "--job-name", &name(&submission.results)])
+            .arg(format!("--array=0-{last}"))
+            .arg("--output")
+            .arg(&output)
+            .arg("--chdir")
+            .arg(&submission.from)
+            .arg(submission.script())
+            .arg(first.to_string());
+        match said("sbatch", &mut sbatch) {
+            // With the name of the cluster behind it, where there are several.
+            Ok(said) => ids.push(said.trim().split(';').next().unwrap_or_default().to_owned()),
+            Err(e) => {
+                // All or nothing.
+                if !ids.is_empty() {
+                    let _ = said("scancel", Command::new("scancel").args(&ids));
                 }
-                Err(e) => {
-                    // All or nothing: what was taken so far could not be found again.
-                    if !ids.is_empty() {
-                        let _ = said("scancel", Command::new("scancel").args(&ids));
-                    }
-                    return Err(e);
-                }
+                return Err(e);
             }
         }
-        Ok(ids)
     }
+    Ok(ids)
+}
 
-    fn waiting(&self, submissions: &[Submission]) -> Result<Vec<Vec<Waiting>>, BatchError> {
-        if submissions.is_empty() {
-            return Ok(Vec::new());
-        }
-        let format = "--format=%F|%K|%T|%r";
-        let mut squeue = Command::new("squeue");
-        squeue.args(["--me", "--noheader", "--array", "--name", NAME, format]);
-        let text = said("squeue", &mut squeue)?;
-        Ok(submissions.iter().map(|submission| parse(&text, submission)).collect())
-    }
-
-    fn release(&self, submission: &Submission) -> Result<(), BatchError> {
-        said("scontrol", Command::new("scontrol").arg("release").arg(submission.ids.join(",")))
-            .map(drop)
-    }
-
-    fn cancel(&self, submission: &Submission) -> Result<(), BatchError> {
-        // An id that is over is no error.
-        said("scancel", Command::new("scancel").arg("--quiet").args(&submission.ids)).map(drop)
-    }
-
-    fn how(&self, submission: &Submission, place: &Place) -> String {
-        let ids = submission.ids.join(", ");
-        format!("Slurm has it as job {ids}; what jobs print is in {}", place.output().display())
-    }
+/// Returns how many jobs of a results directory are queued or running.
+///
+/// # Errors
+///
+/// [`BatchError`] when Slurm does not answer.
+pub fn in_queue(results: &Path) -> Result<usize, BatchError> {
+    let mut squeue = Command::new("squeue");
+    squeue.args(["--me", "--noheader", "--array", "--format=%i", "--name", &name(results)]);
+    Ok(said("squeue", &mut squeue)?.lines().count())
 }
 
 /// Returns the script of a job.
-fn text(submission: &Submission, place: &Place) -> String {
+fn text(submission: &Submission) -> String {
     let Submission { workers, .. } = submission;
     let memory = submission.memory_mb * *workers as u64 + OWN_MB;
     let minutes = (submission.longest_s * PATIENCE / 60.0).max(LEAST_MINUTES);
-    let own: String = place.lines.iter().map(|line| format!("{line}\n")).collect();
-    let work = command(submission, place);
+    let own: String = submission.lines.iter().map(|line| format!("{line}\n")).collect();
+    let work = submission.command();
     let minutes = minutes.ceil() as u64;
     format!(
         "#!/bin/bash\n\
@@ -202,27 +181,6 @@ fn ours(word: &str) -> Option<&'static str> {
     }
 }
 
-/// Reads `squeue`'s words: the array's id, the index in it, the state and the reason.
-fn parse(text: &str, submission: &Submission) -> Vec<Waiting> {
-    let waiting = |line: &str| {
-        let mut fields = line.trim().splitn(4, '|');
-        let (id, index) = (fields.next()?, fields.next()?.parse::<usize>().ok()?);
-        let (state, reason) = (fields.next()?, fields.next().unwrap_or_default());
-        let array = submission.ids.iter().position(|own| own == id)?;
-        let pack = array.checked_mul(submission.packs_per_id)?.checked_add(index)?;
-        let standing = match state {
-            "COMPLETING" => Standing::Ending,
-            "PENDING" if reason.to_ascii_lowercase().contains("held") => Standing::Held,
-            "PENDING" | "REQUEUED" | "REQUEUE_HOLD" | "SPECIAL_EXIT" => Standing::Queued,
-            _ => Standing::Running,
-        };
-        let waits = matches!(standing, Standing::Queued | Standing::Held) && reason != "None";
-        let reason = if waits { reason } else { "" };
-        Some(Waiting { pack, standing, reason: reason.trim_matches(['(', ')']).to_owned() })
-    };
-    text.lines().filter_map(waiting).filter(|w| w.pack < submission.packs).collect()
-}
-
 /// Starts a command of Slurm's and returns what it says.
 fn said(name: &'static str, command: &mut Command) -> Result<String, BatchError> {
     let output =
@@ -235,4 +193,47 @@ fn said(name: &'static str, command: &mut Command) -> Result<String, BatchError>
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::run::executor::Launcher;
+
+    #[test]
+    fn a_job_asks_for_what_its_pack_needs_and_queues_itself_again() {
+        let submission = Submission {
+            number: 3,
+            results: "/data/my results".into(),
+            from: "/home/me".into(),
+            prepared: "/data/networks".into(),
+            launcher: Launcher::of("/opt/tsc-family"),
+            lines: vec!["#SBATCH --partition=long".into()],
+            packs: 1500,
+            longest_s: 850.0,
+            workers: 2,
+            memory_mb: 500,
+            memory_per_worker_mb: Some(4000),
+            stall_timeout_s: 600,
+        };
+        insta::assert_snapshot!(text(&submission));
+    }
+
+    #[test]
+    fn lines_of_the_user_s_are_taken_and_nothing_else() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let read = |text: &str| {
+            std::fs::write(file.path(), text).unwrap();
+            lines(file.path())
+        };
+        let taken = read("#!/bin/bash\n# mine\n\n#SBATCH --partition=long\n  #SBATCH -A me\n");
+        assert_eq!(taken.unwrap(), ["#SBATCH --partition=long", "#SBATCH -A me"]);
+        for (text, number) in [
+            ("module load sumo", 1),
+            ("\n#SBATCH --array=0-9", 2),
+            ("#SBATCH -o x", 1),
+            ("#SBATCH", 1),
+            ("#SBATCH partition=long", 1),
+        ] {
+            let e = read(text).unwrap_err();
+            assert!(matches!(e, BatchError::Line { line, .. } if line == number), "{text}: {e}");
+        }
+    }
+}

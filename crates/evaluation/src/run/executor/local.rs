@@ -8,22 +8,19 @@
 //! than it may is ended and its task recorded as failed, because another attempt would need as much. Its memory is
 //! watched from here: a limit on addresses (`RLIMIT_AS`) would count what threads and libraries reserve and do not use.
 
-use std::cell::RefCell;
 use std::ffi::OsString;
-use std::io::{BufRead, BufReader, ErrorKind};
+use std::io::{BufRead, BufReader};
 use std::os::unix::process::CommandExt;
 use std::path::{PathBuf, absolute};
 use std::process::{Child, ChildStdout, ExitStatus, Stdio};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 
-use super::crew::{Crew, Member, Queue};
-use super::strays::Mark;
 use super::verdict::{last_error, verdict};
 use super::{Event, Executor, Launcher};
 use crate::run::error::RunError;
@@ -89,111 +86,54 @@ impl Executor for Local {
         interrupted: &AtomicBool,
         on_event: &mut dyn FnMut(Event),
     ) -> Result<(), RunError> {
-        let queue = Queue::new(tasks.len());
+        let next = AtomicUsize::new(0);
         let stop = AtomicBool::new(false);
         let halt = || interrupted.load(Ordering::Relaxed) || stop.load(Ordering::Relaxed);
-        // A second round is for a task that was given back when all others had left.
-        while !queue.is_empty() && !halt() {
-            self.round(tasks, &queue, &halt, &stop, on_event)?;
-        }
-        Ok(())
+        let (sender, receiver) = channel();
+        let work = |sender: Sender<Event>| {
+            while let Some(task) = tasks.get(next.fetch_add(1, Ordering::Relaxed))
+                && !halt()
+            {
+                if let Err(e) = self.task(task, &halt, &sender) {
+                    stop.store(true, Ordering::Relaxed);
+                    return Err(e);
+                }
+            }
+            Ok(())
+        };
+        let work = &work;
+        thread::scope(|scope| {
+            let threads = (0..self.jobs.min(tasks.len())).map(|_| {
+                let sender = sender.clone();
+                scope.spawn(move || work(sender))
+            });
+            let threads: Vec<_> = threads.collect();
+            drop(sender);
+            receiver.into_iter().for_each(on_event);
+            threads.into_iter().try_for_each(|t| t.join().expect("a thread here does not panic"))
+        })
     }
 }
 
 impl Local {
-    /// Hires as many as the machine lets work at a time, and does tasks until none is left.
-    fn round(
-        &self,
-        tasks: &[Task],
-        queue: &Queue,
-        halt: &(dyn Fn() -> bool + Sync),
-        stop: &AtomicBool,
-        on_event: &mut dyn FnMut(Event),
-    ) -> Result<(), RunError> {
-        let crew = Crew::default();
-        let (sender, receiver): (Sender<Event>, Receiver<Event>) = channel();
-        thread::scope(|scope| {
-            let mut threads = Vec::new();
-            let asked = self.jobs.min(tasks.len());
-            let (mut no_more, mut dismissed) = (None, 0);
-            while threads.len() < asked && no_more.is_none() {
-                let (hired, is_hired) = channel();
-                let (member, sender) = (Member::new(&crew, hired), sender.clone());
-                let work = move || {
-                    let done = self.member(tasks, queue, &member, halt, &sender);
-                    if done.is_err() {
-                        stop.store(true, Ordering::Relaxed);
-                    }
-                    done
-                };
-                match thread::Builder::new().spawn_scoped(scope, work) {
-                    Ok(thread) => threads.push(thread),
-                    Err(e) => no_more = Some(e),
-                }
-                match is_hired.recv() {
-                    Ok(Ok(())) => {}
-                    Ok(Err(e)) => (no_more, dismissed) = (Some(e), 1),
-                    // Nothing was left to do, or the run stops.
-                    Err(_) => break,
-                }
-            }
-            drop(sender);
-            if threads.is_empty() {
-                let reason = no_more.unwrap_or_else(|| ErrorKind::WouldBlock.into());
-                return Err(
-                    FileError::at("start", &self.launcher.program)(with_way_out(reason)).into()
-                );
-            }
-            if let Some(reason) = no_more {
-                let workers = threads.len() - dismissed;
-                on_event(Event::Fewer { workers, asked, reason: with_way_out(reason).to_string() });
-            }
-            for event in receiver {
-                on_event(event);
-            }
-            threads.into_iter().try_for_each(|t| t.join().expect("a thread here does not panic"))
-        })
-    }
-
-    /// Does one task after the other.
-    fn member(
-        &self,
-        tasks: &[Task],
-        queue: &Queue,
-        member: &Member<'_>,
-        halt: &dyn Fn() -> bool,
-        sender: &Sender<Event>,
-    ) -> Result<(), RunError> {
-        while let Some(position) = queue.take().filter(|_| !halt()) {
-            if !self.task(&tasks[position], member, halt, sender)? {
-                queue.give_back(position);
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    /// Does a task; returns whether a worker could be started for it.
+    /// Does a task.
     fn task(
         &self,
         task: &Task,
-        member: &Member<'_>,
         halt: &dyn Fn() -> bool,
         sender: &Sender<Event>,
-    ) -> Result<bool, RunError> {
+    ) -> Result<(), RunError> {
         let start = Instant::now();
         let (mut failed, mut disturbed) = (0, 0);
         for attempt in 1.. {
-            let Some(failure) = self.attempt(task, attempt, member, halt, sender)? else {
-                return Ok(false);
-            };
+            let failure = self.attempt(task, attempt, halt, sender)?;
             if let Some(record) = Record::read(&self.layout, task, &self.manifest)? {
                 send(sender, Event::Finished(Box::new(record)));
-                return Ok(true);
+                return Ok(());
             }
             // A worker that ends just when the run stops was ended by it.
             if halt() {
-                return Ok(true);
+                return Ok(());
             }
             let Failure { fault, reason } = match (failure.fault, self.has_room()) {
                 // It may have failed because it could not write, and not have said so.
@@ -233,7 +173,7 @@ impl Local {
             send(sender, Event::Finished(Box::new(record)));
             break;
         }
-        Ok(true)
+        Ok(())
     }
 
     /// Checks that the results directory can be written.
@@ -243,15 +183,14 @@ impl Local {
         machine::probe(&tmp)
     }
 
-    /// Has a worker try a task, and returns why it left no record, if it did not; `None` where none was started.
+    /// Has a worker try a task, and returns why it left no record, if it did not.
     fn attempt(
         &self,
         task: &Task,
         attempt: u32,
-        member: &Member<'_>,
         halt: &dyn Fn() -> bool,
         sender: &Sender<Event>,
-    ) -> Result<Option<Failure>, RunError> {
+    ) -> Result<Failure, RunError> {
         let log = self.layout.log(task.task);
         let stderr = new_beneath(self.layout.root(), &log, &self.layout.tmp(), b"")?;
         let prepared = Some(&self.prepared).filter(|folder| !folder.as_os_str().is_empty());
@@ -282,38 +221,24 @@ impl Local {
             command.env("TMPDIR", absolute(&tmp).map_err(FileError::at("find", &tmp))?);
         }
         let is_own = self.launcher.own.iter().any(|(name, _)| **name == *task.method);
-        let mark = is_own.then(|| Mark::new(&mut command));
-        let command = RefCell::new(command);
         let lines = Arc::new(AtomicU64::new(0));
-        let start = || {
-            let mut child = command.borrow_mut().spawn()?;
-            let stdout = child.stdout.take().expect("the standard output is piped");
-            let (sender, task, lines) = (sender.clone(), task.task, Arc::clone(&lines));
-            match thread::Builder::new().spawn(move || listen(stdout, task, &sender, &lines)) {
-                Ok(reader) => Ok((child, reader)),
-                Err(e) => {
-                    // It may have ended by itself meanwhile.
-                    let _ = child.kill();
-                    child.wait()?;
-                    Err(e)
-                }
-            }
-        };
         let program = &self.launcher.program;
-        let started = member.start(halt, &start).map_err(FileError::at("start", program))?;
-        let Some(((mut child, reader), _at_work)) = started else { return Ok(None) };
+        let cannot_start = |e| FileError::at("start", program)(with_way_out(e));
+        let mut child = command.spawn().map_err(cannot_start)?;
+        let stdout = child.stdout.take().expect("the standard output is piped");
+        let (to, id, counted) = (sender.clone(), task.task, Arc::clone(&lines));
+        let reader = thread::spawn(move || listen(stdout, id, &to, &counted));
         // The worker itself says when it stands still; this is for one that cannot.
         let patience = self.stall_timeout.saturating_mul(SILENCE);
         let limit_mb = self.memory_per_worker_mb;
         let ended = wait(&mut child, (patience, self.grace), limit_mb, &lines, halt);
         let ended = ended.map_err(FileError::at("wait for", program))?;
         // A method of somebody's own may have started processes that outlive the worker.
-        if let Some(mark) = mark {
+        if is_own {
             let _ = kill_process_group(Pid::from_child(&child), Signal::KILL);
-            mark.end_all();
         }
         let failure = reader.join().expect("a thread here does not panic");
-        Ok(Some(match ended {
+        Ok(match ended {
             Ended::With(status) => verdict(status, failure, &log),
             Ended::Large(used_mb) => Failure {
                 fault: Fault::Input,
@@ -324,7 +249,7 @@ impl Local {
                 let reason = format!("the worker did not answer for {silent_s} s and was ended");
                 Failure { fault: Fault::Disturbed, reason }
             }
-        }))
+        })
     }
 }
 

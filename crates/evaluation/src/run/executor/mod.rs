@@ -6,11 +6,9 @@
 //! [`Watchdog`](super::watchdog::Watchdog)): `tsc-family` for the methods that it has and those of `--controller`, a
 //! program of one's own (`cli::main_with`) for others.
 
-mod crew;
 pub mod inline;
 mod launcher;
 pub mod local;
-mod strays;
 mod verdict;
 
 use std::sync::atomic::AtomicBool;
@@ -33,15 +31,6 @@ pub enum Event {
         task: usize,
         /// How far it is.
         progress: Progress,
-    },
-    /// The machine lets fewer workers run at a time than were asked for.
-    Fewer {
-        /// How many run.
-        workers: usize,
-        /// How many were asked for.
-        asked: usize,
-        /// Why, and the way out.
-        reason: String,
     },
     /// An attempt failed and the task is tried again.
     Retry {

@@ -223,19 +223,3 @@ fn a_worker_that_uses_more_memory_than_it_may_is_ended_with_what_it_started_and_
     }
     assert!(!is_left(), "nothing of it is left");
 }
-
-#[test]
-#[cfg(target_os = "linux")]
-fn what_a_method_of_somebody_s_own_leaves_behind_in_a_session_of_its_own_is_ended() {
-    let dir = tempfile::tempdir().unwrap();
-    let leaves = "setsid sh -c 'echo $$ > left; exec sleep 600' </dev/null >/dev/null 2>&1 &";
-    let script = format!("cd \"$1\" || exit 1; {leaves} while [ ! -s left ]; do :; done; exit 7");
-    // The worker's arguments are `worker DIR ...`.
-    let mut local = local(dir.path(), &script.replace("$1", "$2"));
-    local.launcher.own = vec![("m".to_owned(), Vec::new())];
-    events(&local, &AtomicBool::new(false));
-    let pid = std::fs::read_to_string(dir.path().join("left")).unwrap();
-    let state = std::fs::read_to_string(format!("/proc/{}/stat", pid.trim())).unwrap_or_default();
-    // Whoever adopts it may not have waited for it yet.
-    assert!(state.is_empty() || state.contains(") Z "), "{state}");
-}

@@ -1,12 +1,10 @@
-//! `tsc-family submit` and `tsc-family resume`: what a run that was planned still lacks, done by somebody else or here.
+//! `tsc-family resume`: what a run that was planned still lacks, done here or handed over.
 
 use std::path::PathBuf;
 use std::thread::available_parallelism;
 
 use super::controllers::{ControllersArgs, manifest_of};
-use super::executors::{
-    Executes, WorkersArgs, abroad, check_prepared_folder, hand_over, note_doubled, system_of,
-};
+use super::executors::{Executes, WorkersArgs, check_prepared_folder, hand_over};
 use super::interrupt::interrupted;
 use super::local_run::LocalRun;
 use super::output::note;
@@ -15,8 +13,7 @@ use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
 use crate::report::format;
-use crate::run::batch::Standing;
-use crate::run::batch::submission::{self, Submission};
+use crate::run::batch;
 use crate::run::domain::domain_of;
 use crate::run::error::RunError;
 use crate::run::session::reopen;
@@ -25,19 +22,17 @@ use crate::sample::SamplePlan;
 use crate::store::Layout;
 use crate::store::results::Results;
 
-/// `tsc-family submit` and `tsc-family resume`.
+/// `tsc-family resume`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  tsc-family submit results/slc --executor slurm --sbatch cluster.sbatch
-  tsc-family submit results/slc --executor script
   tsc-family resume results/slc
-  tsc-family resume results/slc --executor local")]
-pub struct SubmitArgs {
-    /// Results directory with manifest and plan
+  tsc-family resume results/slc --executor slurm --sbatch cluster.sbatch")]
+pub struct ResumeArgs {
+    /// Results directory of the run
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// Where tasks run [default: where they ran last; else `resume` takes this machine, and `submit` needs a value]
+    /// Where tasks run [default: slurm with --sbatch, else local]
     #[arg(long, value_enum)]
     pub executor: Option<Executes>,
     /// Folder of the networks [default: that of the run]
@@ -57,31 +52,7 @@ pub struct SubmitArgs {
     pub quiet: bool,
 }
 
-/// Hands over what is missing; this machine is no batch system.
-pub(super) fn submit(args: &SubmitArgs) -> anyhow::Result<u8> {
-    if args.executor == Some(Executes::Local) {
-        let reason = "this machine is no batch system; `resume` does tasks here";
-        return Err(Refused(reason.to_owned()).into());
-    }
-    if args.executor.is_none() && asked_last(&Layout::new(&args.dir))?.is_none() {
-        let reason = "name the executor: --executor slurm or --executor script; `resume` does the tasks here";
-        return Err(Refused(reason.to_owned()).into());
-    }
-    go_on(args)
-}
-
-/// Does what is missing, where it was done last.
-pub(super) fn resume(args: &SubmitArgs) -> anyhow::Result<u8> {
-    go_on(args)
-}
-
-/// Returns the batch system that was asked last, and the submission.
-fn asked_last(layout: &Layout) -> anyhow::Result<Option<(Executes, Submission)>> {
-    let last = submission::all(layout).map_err(RunError::from)?.pop();
-    Ok(last.and_then(|last| Some((Executes::of(&last.executor)?, last))))
-}
-
-fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
+pub(super) fn run(args: &ResumeArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
     let manifest = manifest_of(&layout)?;
     let known = domains();
@@ -96,12 +67,9 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     let prepared =
         args.networks.clone().unwrap_or_else(|| PathBuf::from(&manifest.provenance.networks));
     let session = reopen(&known, &layout, manifest, prepared)?;
-    let last = asked_last(&layout)?;
-    let asked = last.as_ref().map_or(Executes::Local, |(executor, _)| *executor);
-    let executor = args.executor.unwrap_or(asked);
-    let grows = session.manifest.identity.sample.growth.is_some();
-    let handed = grows.then(|| submission::tasks(&layout)).transpose().map_err(RunError::from)?;
-    let begun = submission::begun(&layout, handed.unwrap_or_default());
+    let usual = if args.workers.sbatch.is_some() { Executes::Slurm } else { Executes::Local };
+    let executor = args.executor.unwrap_or(usual);
+    let begun = batch::begun(&layout).map_err(RunError::from)?;
     let read = || -> anyhow::Result<Results> {
         Ok(Results::load_known(&layout, &session.manifest)?.under_way(&begun))
     };
@@ -137,14 +105,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     methods.try_for_each(|method| check_own(domain, &layout, identity, method))?;
     args.workers.check(executor)?;
     check_prepared_folder(&session)?;
-    let had_lines = last.is_some_and(|(last, s)| last == Executes::Slurm && s.has_lines);
-    if executor == Executes::Slurm && had_lines && args.workers.sbatch.is_none() {
-        let reason = "the jobs before had #SBATCH lines; give them again with --sbatch FILE, or an empty file";
-        return Err(Refused(reason.to_owned()).into());
-    }
     args.workers.lines()?;
-    let system = executor.batch_system();
-    let there = system.map(|_| abroad(&layout)).transpose().map_err(RunError::from)?;
     let interrupted = interrupted()?;
     // What failed is forgotten when nothing refuses to try it again.
     let results = if again > 0 {
@@ -153,27 +114,16 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     } else {
         results
     };
-    let (Some(system), Some(there)) = (system, there) else {
-        if !args.quiet {
-            note(format!(
-                "this machine does the missing tasks: {}",
-                format::count(missing, "task")
-            ));
-            note_doubled(&layout);
-        }
-        let code = local.work_on(&results, &interrupted)?;
-        return code.map_or_else(summarise, Ok);
-    };
-    there.say_of_another();
-    for (submission, counts) in &there.submissions {
-        if counts.iter().any(|(standing, ..)| *standing == Standing::Held) {
-            system_of(submission)?.release(submission).map_err(RunError::from)?;
-            note(format!("held jobs of submission {} are released", submission.number));
-        }
+    if executor != Executes::Local {
+        let launcher = local.launcher.clone();
+        hand_over(executor, (&session, domain), &results, &args.workers, launcher)?;
+        return Ok(exit::DONE);
     }
-    let launcher = local.launcher.clone();
-    hand_over(system, (&session, domain), &results, &there, &args.workers, launcher)?;
-    Ok(exit::DONE)
+    if !args.quiet {
+        note(format!("this machine does the missing tasks: {}", format::count(missing, "task")));
+    }
+    let code = local.work_on(&results, &interrupted)?;
+    code.map_or_else(summarise, Ok)
 }
 
 /// Returns whether a sample may grow by another look.
