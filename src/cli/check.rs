@@ -73,7 +73,8 @@ fn look(layout: &Layout, networks: Option<&Path>) -> anyhow::Result<Looked> {
     let mut audit = Audit::of(layout, manifest_of(layout), begun)?;
     let mut beside = Beside::default();
     if let Some(Manifest { identity, provenance }) = audit.manifest.as_deref() {
-        let prepared = networks.map_or_else(|| PathBuf::from(&provenance.networks), Path::to_path_buf);
+        let prepared =
+            networks.map_or_else(|| PathBuf::from(&provenance.networks), Path::to_path_buf);
         let domain = domain_of(&domains(), layout, identity)?;
         beside = audit_beside(domain, layout, &prepared, &mut audit)?;
         match Places::read(layout).map(drop) {
@@ -164,7 +165,9 @@ fn say(looked: &Looked, layout: &Layout, args: &CheckArgs) -> anyhow::Result<()>
 fn advice(damage: &Damage, command: Option<&str>) -> String {
     match damage.remedy {
         Remedy::Repeat(task) => {
-            format!("delete it with the record and the model of task {task}, and resume: it is done again")
+            format!(
+                "delete it with the record and the model of task {task}, and resume: it is done again"
+            )
         }
         Remedy::Discard => "delete it; the training starts from the beginning".to_owned(),
         Remedy::Renew => "delete it; the command of the run writes it again".to_owned(),

@@ -138,7 +138,8 @@ pub(super) fn hand_over(
         let jobs = slurm::in_queue(&own).map_err(RunError::from)?;
         if jobs > 0 {
             let (jobs, name) = (format::count(jobs, "job"), slurm::name(&own));
-            let reason = format!("Slurm has {jobs} of this run; wait, or cancel: scancel --name={name}");
+            let reason =
+                format!("Slurm has {jobs} of this run; wait, or cancel: scancel --name={name}");
             return Err(Refused(reason).into());
         }
     }

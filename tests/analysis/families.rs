@@ -102,7 +102,7 @@ impl MadeUp<'_> {
                 Record::finished(&task, &sha256, result).commit(&layout).unwrap();
             }
         }
-            layout
+        layout
     }
 }
 

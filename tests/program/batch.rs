@@ -115,7 +115,10 @@ fn packs_of_a_script_leave_the_records_of_one_machine_and_twice_is_once() {
     fs::create_dir(&folder).unwrap();
     succeed(&folder, &format!("{RUN} --quiet --out here"));
     let how = succeed(&folder, &format!("{RUN} --out out --executor script --job-minutes 0.005"));
-    assert!(how.contains("4 tasks in 4 packs, about ") && how.contains("seq 0 3 | parallel "), "{how}");
+    assert!(
+        how.contains("4 tasks in 4 packs, about ") && how.contains("seq 0 3 | parallel "),
+        "{how}"
+    );
     let job = folder.join("out/jobs/000/job.sh");
     let pack = |pack: &str| Command::new(&job).arg(pack).current_dir("/").output().unwrap();
     for k in ["0", "1", "1", "2"] {

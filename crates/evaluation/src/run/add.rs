@@ -222,10 +222,7 @@ pub(super) fn finish(layout: &Layout) -> Result<(), StoreError> {
                 rename(&new, &old)?;
             }
         }
-        let files = [
-            (adding.design(), layout.design()),
-            (adding.replaced(), layout.replaced()),
-        ];
+        let files = [(adding.design(), layout.design()), (adding.replaced(), layout.replaced())];
         for (new, old) in files {
             if new.exists() {
                 rename(&new, &old)?;
