@@ -296,7 +296,7 @@ fn quiet_prints_how_many_tasks_failed_and_the_first_reason_in_one_line() {
 }
 
 #[test]
-fn dead_phases_of_a_program_change_no_choice_and_are_told() {
+fn dead_phases_of_a_program_change_no_choice() {
     let files = Scenario::new();
     let config = scenario(&files, "net", r#"<trip id="t" depart="0" from="WA" to="BE"/>"#);
     let folder = folder(&config);
@@ -313,11 +313,5 @@ fn dead_phases_of_a_program_change_no_choice_and_are_told() {
     let rest = rest.replacen("</tlLogic>", &format!("{phase}</tlLogic>"), 1);
     fs::write(&path, format!("{head}{rest}")).unwrap();
     let after = succeed(folder, "signals net.sumocfg");
-    let (told, rest): (Vec<&str>, Vec<&str>) =
-        after.lines().partition(|line| line.contains("the program never comes to"));
-    assert!(
-        told.len() == 1 && told[0].contains(&format!("never comes to {dead}, since")),
-        "{after}"
-    );
-    assert_eq!(rest, before.lines().collect::<Vec<_>>());
+    assert_eq!(after, before);
 }

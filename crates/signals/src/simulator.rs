@@ -18,7 +18,7 @@ const SAID_BEFORE: [&str; 3] = ["Process Error", "Could not parse commandline op
 
 /// Words of an error about something that SUMO does not know.
 #[cfg(feature = "libsumo")]
-const UNKNOWN: [&str; 5] = ["nknown", "not known", "vehicle class", "ehicle type", "attribute"];
+const UNKNOWN: [&str; 3] = ["nknown", "vehicle class", "attribute"];
 
 /// What is wrong with a signal that is off at the start of a scenario whose programs change by the clock.
 #[cfg(feature = "libsumo")]

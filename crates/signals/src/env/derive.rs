@@ -59,8 +59,6 @@ pub struct DerivedSignal {
     pub timing: Timing,
     /// How SUMO advances the program that runs by default.
     pub own_kind: ProgramKind,
-    /// States of the phases to which that program never comes: no `next` leads there from its first phase.
-    pub unreached: Vec<String>,
 }
 
 impl DerivedSignal {
@@ -164,7 +162,6 @@ pub fn derive(
         seen_m,
         timing,
         own_kind: own.kind,
-        unreached: own.phases.iter().filter(|p| !p.is_reached).map(|p| p.state.clone()).collect(),
     })
 }
 

@@ -183,7 +183,6 @@ pub(super) mod testing {
             naming: Naming::Main,
             seen_m: vec![200.0; 2],
             own_kind: crate::sim::ProgramKind::Static,
-            unreached: vec![],
         }
     }
 }
