@@ -31,8 +31,6 @@ short="--eval-seeds 2 --set demand.horizon_s=120 --quiet"
 "$binary" run smoke $short --episodes 6 --methods baseline,fixed-time,max-pressure,idqn --out run
 "$binary" run cartpole --methods ppo --set ppo.total_steps=4096 --budget 4 --quiet --out carts
 "$binary" report run --against fixed-time >/dev/null
-"$binary" estimate run --repeats 2 >/dev/null
-"$binary" sensitivity run --repeats 2 --cases >/dev/null
 "$binary" build-networks --osm "$repository/osm-signals/tests/networks/four_arms/input.osm" --quiet --out city
 "$venv/bin/python" "$repository/scripts/browser.py" screenshots run/report/index.html \
-    run/report/against-fixed-time/index.html carts/report/index.html run/estimate/index.html run/sensitivity/index.html city/quality.html
+    run/report/against-fixed-time/index.html carts/report/index.html city/quality.html

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::folder::check_file;
+use super::json::method_line;
 use super::output::{line, note};
 use crate::analysis::Analysis;
 use crate::analysis::across::{Family, Scale, Weighing, across};
@@ -11,7 +12,7 @@ use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains;
 use crate::files::write_atomically;
-use crate::report::across::{csv, json, text};
+use crate::report::across::{table, text};
 use crate::store::Layout;
 use crate::store::results::Results;
 
@@ -44,7 +45,7 @@ pub struct AcrossArgs {
     /// Write the table to a file too
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Print JSON lines instead of the table: one for the whole, one per method
+    /// Print JSON lines instead of the table: one per method
     #[arg(long)]
     pub json: bool,
 }
@@ -80,12 +81,12 @@ pub(super) fn run(args: &AcrossArgs) -> anyhow::Result<u8> {
     let methods = args.methods.as_deref();
     let data = across(&families, methods, &args.reported, (args.scale, args.by))?;
     if args.json {
-        json(&data).into_iter().try_for_each(line)?;
+        table(&data).json().into_iter().map(method_line).try_for_each(line)?;
     } else {
         line(text(&data))?;
     }
     if let Some(path) = &args.csv {
-        write_atomically(path, csv(&data).as_bytes())?;
+        write_atomically(path, table(&data).csv().as_bytes())?;
         note(format!("table: {}", path.display()));
     }
     data.notes.into_iter().for_each(note);

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::folder::REPORT;
 use super::found::{found, is_run};
-use super::json::method_line;
+use super::leaderboard;
 use super::output::{line, note};
-use super::report::print;
+use super::report::{print, show};
 use super::target::Target;
 use crate::analysis::joined::{Known, Source, join, obstacle};
 use crate::analysis::leaderboard::settings;
@@ -31,20 +31,27 @@ point MDPs of the first run, and its settings. Needs no SUMO.
 Examples:
   tsc-family compare results/published results/mine
   tsc-family compare results/mine results/salt-lake-city --out results/compared
-  tsc-family compare results/mine results/mine-changed results/published --out results/compared")]
+  tsc-family compare results/mine results/mine-changed results/published --out results/compared
+  tsc-family compare --leaderboard results --out results/README.md")]
 pub struct CompareArgs {
     /// Results directories that `run` wrote, of one family, or folders with such
     #[arg(value_name = "RESULTS", required = true)]
     pub results: Vec<PathBuf>,
-    /// Folder for the page, tables and figures [default: none is written]
-    #[arg(long, value_name = "FOLDER")]
+    /// Rank all runs instead, per family and preset: one page in Markdown
+    #[arg(long)]
+    pub leaderboard: bool,
+    /// Folder for the page, tables and figures, or file for a leaderboard [default: none is written]
+    #[arg(long, value_name = "FOLDER|FILE")]
     pub out: Option<PathBuf>,
-    /// Print JSON lines instead of the table: one for the runs, one per method
+    /// Print JSON lines instead of the table: one for the runs, one per method; of a leaderboard one per row
     #[arg(long)]
     pub json: bool,
 }
 
 pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
+    if args.leaderboard {
+        return leaderboard::run(args);
+    }
     let target = args.out.as_ref().map(|out| Target::new(out, out.clone(), Some(out)));
     target.iter().try_for_each(|target| target.check(&REPORT))?;
     let read = |path: &Path| -> anyhow::Result<(String, Results)> {
@@ -77,12 +84,9 @@ pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
     left_out.into_iter().for_each(note);
     match &target {
         Some(target) => print(target, &data, args.json, true)?,
-        None if args.json => {
-            data.json_rows().into_iter().try_for_each(|row| line(method_line(row)))?
-        }
         None => {
-            line(text::table(&data))?;
-            text::notes(&data).into_iter().for_each(note);
+            show(&data, args.json)?;
+            text::notes(&data).into_iter().filter(|_| !args.json).for_each(note);
         }
     }
     Ok(exit::DONE)
@@ -99,13 +103,6 @@ fn add_fitting(
     let mut left_out = Vec::new();
     let folders: Vec<PathBuf> = folders.iter().map(|folder| (*folder).clone()).collect();
     let Some((path, results)) = runs.first().filter(|_| !folders.is_empty()) else {
-        if let Some(folder) = folders.first() {
-            return Err(Refused(format!(
-                "{} is no results directory; give one first, and the runs in the folder that fit it are taken",
-                folder.display()
-            ))
-            .into());
-        }
         return Ok(left_out);
     };
     let source = |(path, results): &(String, Results)| Source {
@@ -153,19 +150,21 @@ fn add_fitting(
     Ok(left_out)
 }
 
-/// Prints what differs between runs.
+/// Prints what differs between runs, and which episodes they share.
 fn differences(runs: &Runs, has_page: bool) -> anyhow::Result<()> {
     let all = &runs.differences;
-    if all.is_empty() {
-        line("The runs differ in their methods alone.\n")?;
-        return Ok(());
-    }
-    line("What differs between the runs:")?;
+    line(match all.is_empty() {
+        true => "The runs differ in their methods alone.",
+        false => "What differs between the runs:",
+    })?;
     let shown = if has_page { SHOWN } else { all.len() };
     all.iter().take(shown).try_for_each(|difference| line(format_args!("- {difference}")))?;
     if all.len() > shown {
         line(format_args!("- and {} more, which the page has", all.len() - shown))?;
     }
-    line("")?;
-    Ok(())
+    if !runs.repeated.is_empty() {
+        line("\nMethods in several runs:")?;
+    }
+    runs.repeated.iter().try_for_each(|said| line(format_args!("- {said}")))?;
+    Ok(line("")?)
 }

@@ -3,7 +3,7 @@
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
-use serde_json::json;
+use serde_json::Value;
 
 use super::folder::ESTIMATE;
 use super::output::{Counted, line, note};
@@ -12,8 +12,8 @@ use super::target::Target;
 use super::values::{MOST_REPEATS, from_one_to, parse_seed};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
-use crate::report::study::{StudyReport, write};
-use crate::study::{Cell, Kind, StudyPlan, study};
+use crate::report::study::StudyReport;
+use crate::study::{Kind, StudyPlan, study};
 
 /// Budgets where nothing else is asked for, as far as the family has so many point MDPs.
 const BUDGETS: [usize; 4] = [10, 20, 40, 80];
@@ -106,10 +106,11 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     progress.finish();
     let cells = cells?;
     let report = StudyReport { recorded: &recorded, plan: &plan, cells: &cells };
-    let written = write(&target.folder, &report)?;
+    let written = report.write(&target.folder)?;
     if args.json {
-        for cell in &cells {
-            line(json_line(cell))?;
+        for mut row in report.errors().json() {
+            row.insert("event".to_owned(), "estimate".into());
+            line(Value::Object(row))?;
         }
         return Ok(exit::DONE);
     }
@@ -122,14 +123,14 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
 }
 
 /// Returns the estimators in order, each once.
-pub(super) fn kinds(asked: &[Kind]) -> Vec<Kind> {
+fn kinds(asked: &[Kind]) -> Vec<Kind> {
     let mut kinds = asked.to_vec();
     kinds.sort_unstable();
     kinds.dedup();
     kinds
 }
 
-pub(super) fn budgets(asked: &[NonZeroUsize], size: usize) -> Result<Vec<usize>, Refused> {
+fn budgets(asked: &[NonZeroUsize], size: usize) -> Result<Vec<usize>, Refused> {
     let mut budgets: Vec<usize> = match asked {
         [] => BUDGETS.into_iter().filter(|b| *b < size).collect(),
         asked => asked.iter().map(|b| b.get()).collect(),
@@ -145,21 +146,4 @@ pub(super) fn budgets(asked: &[NonZeroUsize], size: usize) -> Result<Vec<usize>,
         )));
     }
     Ok(budgets)
-}
-
-fn json_line(cell: &Cell) -> serde_json::Value {
-    json!({
-        "event": "estimate",
-        "estimator": cell.kind.name(),
-        "method": cell.method,
-        "budget": cell.budget,
-        "repeats": cell.repeats,
-        "truth": cell.truth,
-        "mean": cell.mean,
-        "deviation": cell.deviation,
-        "rmse": cell.error,
-        "coverage": cell.coverage,
-        "half_width": cell.half_width,
-        "cpu_hours": cell.cpu_hours,
-    })
 }

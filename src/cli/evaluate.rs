@@ -1,54 +1,40 @@
-//! `tsc-family evaluate`: saved models and the baseline, side by side, on point MDPs or SUMO scenarios.
+//! `tsc-family evaluate`: saved models and the baseline on point MDPs or SUMO scenarios, or all models of a run.
 //!
-//! It is a run in which the models are methods that do not learn, so that workers, pairing and intervals are those of `run`.
+//! It is a run in which the models are methods that do not learn, so that workers, pairing, intervals and page are those of
+//! `run`.
+
+mod models;
 
 use std::collections::BTreeSet;
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
-use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
-use serde_json::{Value, json};
-
 use super::controllers::ControllersArgs;
 use super::folder::{NETWORKS, RESULTS};
 use super::local_run::LocalRun;
-use super::output::{line, note};
+use super::output::note;
 use super::point::unknown_point;
+use super::report::{print, show};
 use super::scenario::ScenarioArg;
 use super::sumocfg_options::SumocfgArgs;
+use super::target::Target;
 use super::values::{Budget, at_least_one_worker, from_one_to, parse_budget, parse_seed};
-use crate::analysis::{Analysis, MethodSummary};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains;
-use crate::report::format::interval;
 use crate::run::domain::Problem;
 use crate::run::method::{Training, find};
 use crate::run::plan::{Draft, Request, draft};
-use crate::run::session::open;
+use crate::run::session::{Session, open};
 use crate::sample::{Choice, Draw, SamplePlan, Sampling};
 use crate::store::most;
-use crate::store::record::Metrics;
 use crate::store::results::Results;
 use crate::traffic::city::folder::default_folder;
 use crate::traffic::control::baseline;
 use crate::traffic::method_arguments::named_model;
 use crate::traffic::model::SignalModel;
 use crate::traffic::problem::SignalProblem;
-use crate::traffic::report::level_of_service::letter;
 use crate::traffic::settings::Scenario;
-
-/// Columns of the table: heading, and metric and decimals where it is one.
-const COLUMNS: [(&str, Option<(&str, usize)>); 8] = [
-    ("method", None),
-    ("delay (s)", Some(("delay_s", 1))),
-    ("waiting (s)", Some(("waiting_s", 1))),
-    ("queue (veh)", Some(("queue_veh", 1))),
-    ("unfinished (veh)", Some(("unfinished_veh", 1))),
-    ("level of service", None),
-    ("score", None),
-    ("95% interval", None),
-];
 
 /// Most failures that are named.
 const MOST_NAMED: usize = 20;
@@ -58,19 +44,31 @@ const MOST_NAMED: usize = 20;
 #[command(group = clap::ArgGroup::new("place").required(true))]
 #[command(after_help = "\
 Models and baseline get the same vehicles, and the baseline runs once. Method, hyper-parameters and timing \
-of the signals come from the models, everything else from the scenario. Nothing is trained. The score is the \
-mean delay divided by the baseline's; over several point MDPs it is weighted by importance.
+of the signals come from the models, everything else from the scenario. Nothing is trained. The ranking and the \
+page are those of `run`. With --from, point MDPs, seeds, baseline and own training are those of a run, and only its \
+models are simulated: the first one's of several trainings on a point MDP. That writes OUT/transfer/transfer.csv \
+and a heat map, too.
 
 Examples:
   tsc-family evaluate --model results/smoke/models/000/1.safetensors --point busy smoke
   tsc-family evaluate --model a=a.safetensors --model b=b.safetensors --budget all --out results/ab
   tsc-family evaluate --model m.safetensors --sumocfg city/a.sumocfg --eval-seeds 10
-  tsc-family evaluate --model m.safetensors --controller mine=mine.py:Learner --point quiet,busy smoke")]
+  tsc-family evaluate --model m.safetensors --controller mine=mine.py:Learner --point quiet,busy smoke
+  tsc-family evaluate --from results/mplight --out results/mplight-transfer")]
 pub struct EvaluateArgs {
     /// Model: a file of the folder `models` of a results directory; its name as a method is METHOD-of-POINT unless you give
     /// one (repeatable)
-    #[arg(long = "model", value_name = "[NAME=]FILE", required = true)]
+    #[arg(long = "model", value_name = "[NAME=]FILE", required_unless_present = "from")]
     pub models: Vec<String>,
+    /// Results directory whose models are evaluated, each on all its point MDPs
+    #[arg(long, value_name = "DIR", group = "place", conflicts_with = "models", requires = "out")]
+    pub from: Option<PathBuf>,
+    /// Methods whose models are taken [default: all with models]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "from")]
+    pub methods: Vec<String>,
+    /// Point MDPs of whose trainings the models are taken [default: all with models]
+    #[arg(long, value_name = "ID,...", value_delimiter = ',', requires = "from")]
+    pub trained_on: Vec<String>,
     /// Class of your own that a model is of, as it was given to the run that trained it (repeatable)
     #[arg(long = "controller", value_name = "NAME=FILE.py:CLASS")]
     pub classes: Vec<String>,
@@ -104,7 +102,7 @@ pub struct EvaluateArgs {
     /// Results directory, which `report`, `compare` and `check` read; the same command continues it [default: none is kept]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print JSON lines: one per method and point MDP, then one per method
+    /// Print JSON lines: one per method
     #[arg(long)]
     pub json: bool,
 }
@@ -112,22 +110,30 @@ pub struct EvaluateArgs {
 impl EvaluateArgs {
     /// Returns models and classes as `run` takes them.
     pub(super) fn controllers(&self) -> anyhow::Result<ControllersArgs> {
-        let mut models: Vec<String> = Vec::new();
-        let mut names: Vec<String> = Vec::new();
-        for given in &self.models {
-            let named = named_model(given, &names)?;
-            names.extend(named.split_once('=').map(|(name, _)| name.to_owned()));
-            models.push(named);
-        }
+        let models = match &self.from {
+            Some(from) => models::given(self, from)?,
+            None => {
+                let mut names: Vec<String> = Vec::new();
+                let mut models = Vec::new();
+                for given in &self.models {
+                    let named = named_model(given, &names)?;
+                    names.extend(named.split_once('=').map(|(name, _)| name.to_owned()));
+                    models.push(named);
+                }
+                models
+            }
+        };
         Ok(ControllersArgs { models, ..ControllersArgs::of_classes(&self.classes) })
     }
 }
 
 pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
+    if let (Some(from), Some(out)) = (&args.from, &args.out) {
+        return models::run(args, from, out);
+    }
     let controllers = args.controllers()?;
     let names: Vec<String> = controllers.model_names();
     let problem = problem(args, &controllers)?;
-    let seeds = args.eval_seeds.get();
     let choice = match args.budget.and_then(|budget| budget.0) {
         Some(budget) => {
             let sampling = Sampling::DEFAULT;
@@ -138,7 +144,7 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
     let request = Request {
         choice: &choice,
         base_seed: args.seed,
-        evaluation_seeds: seeds,
+        evaluation_seeds: args.eval_seeds.get(),
         ..Request::new(domains::traffic(), &problem, &names)
     };
     let draft = match args.point.is_empty() {
@@ -153,23 +159,50 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
     if !problem.is_imported() {
         NETWORKS.check(&problem.networks, "--networks", None)?;
     }
-    let scratch;
-    let out = match &args.out {
-        Some(out) => out.clone(),
-        None => {
-            scratch = super::temporary_folder()?;
-            scratch.path().join("results")
-        }
-    };
+    let scratch = super::temporary_folder()?;
+    let out = args.out.clone().unwrap_or_else(|| scratch.path().join("results"));
     let session = open(&request, &draft, &out, &|_| {})?;
+    finish(args, &session, &controllers)
+}
+
+/// Does what is missing, shows what came of it and returns the exit code.
+fn finish(
+    args: &EvaluateArgs,
+    session: &Session<'_>,
+    controllers: &ControllersArgs,
+) -> anyhow::Result<u8> {
     let then = if args.out.is_some() { "the same command does them" } else { "nothing is kept" };
     let launcher = controllers.launcher()?;
-    if let Some(code) = LocalRun::of_models(&session, launcher, args.jobs, args.json, then)? {
+    if let Some(code) = LocalRun::of_models(session, launcher, args.jobs, args.json, then)? {
         return Ok(code);
     }
-    let results = Results::load(&session.layout)?;
-    let analysis = domains::analysis(&session.layout, &results)?;
-    say(args, &analysis, &results)
+    let layout = &session.layout;
+    let results = Results::load(layout)?;
+    let data = domains::report(layout, &results)?;
+    let failed: Vec<String> = (results.failed())
+        .map(|(task, record)| {
+            let reason = record.summary.reason.as_deref().unwrap_or("it failed");
+            format!("{} on {}: {reason}", task.method, task.point)
+        })
+        .collect();
+    let mut models = data.methods.iter().filter(|m| !m.is_reference);
+    if let Some(first) = failed.first().filter(|_| models.all(|m| m.overall.is_none())) {
+        return Err(Refused(format!("no model has a score: {first}")).into());
+    }
+    match &args.out {
+        Some(_) => {
+            let target = Target::new(layout.root(), layout.report(), None);
+            print(&target, &data, args.json, true)?;
+        }
+        None => show(&data, args.json)?,
+    }
+    for text in failed.iter().take(MOST_NAMED) {
+        note(format!("error: {text}"));
+    }
+    if failed.len() > MOST_NAMED {
+        note(format!("error: {} more", failed.len() - MOST_NAMED));
+    }
+    Ok(if failed.is_empty() { exit::DONE } else { exit::SOME_FAILED })
 }
 
 /// Reads the scenario, with the settings of the models.
@@ -257,119 +290,4 @@ fn of_points(
         debug_assert!(find(known, method).is_ok_and(|m| m.training == Training::None));
     }
     Ok(Draft { sample, methods, replicated: vec![], design: None, memory_per_worker_mb: None })
-}
-
-/// Prints what came of it and returns the exit code.
-fn say(args: &EvaluateArgs, analysis: &Analysis, results: &Results) -> anyhow::Result<u8> {
-    let identity = &results.manifest.identity;
-    let failed: Vec<String> = (results.failed())
-        .map(|(task, record)| {
-            let reason = record.summary.reason.as_deref().unwrap_or("it failed");
-            format!("{} on {}: {reason}", task.method, task.point)
-        })
-        .collect();
-    let models = analysis.methods.iter().filter(|m| !m.is_reference);
-    if let Some(first) = failed.first().filter(|_| models.clone().all(|m| m.overall.is_none())) {
-        let more = if failed.len() > 1 {
-            format!("; and {} more", failed.len() - 1)
-        } else {
-            String::new()
-        };
-        return Err(Refused(format!("no model has a score: {first}{more}")).into());
-    }
-    if args.json {
-        json_lines(analysis, identity.evaluation_seeds.len())?;
-    } else {
-        if let [point] = &identity.points[..] {
-            note(format!("{}, {} seeds", point.name(), identity.evaluation_seeds.len()));
-        } else {
-            let (points, seeds) = (identity.points.len(), identity.evaluation_seeds.len());
-            note(format!("{points} point MDPs, {seeds} seeds each; means are weighted"));
-        }
-        for own in &identity.controllers {
-            note(format!("{}: {} ({})", own.name, own.summary, own.source));
-        }
-        line(table(analysis))?;
-    }
-    for text in failed.iter().take(MOST_NAMED) {
-        note(format!("error: {text}"));
-    }
-    if failed.len() > MOST_NAMED {
-        note(format!("error: {} more", failed.len() - MOST_NAMED));
-    }
-    if let Some(out) = &args.out {
-        let out = crate::files::quoted(out);
-        note(format!("results: {out}; tsc-family report {out} writes tables and figures"));
-    }
-    Ok(if failed.is_empty() { exit::DONE } else { exit::SOME_FAILED })
-}
-
-fn json_lines(analysis: &Analysis, episodes: usize) -> anyhow::Result<()> {
-    let fields = |metric: &dyn Fn(&str) -> Option<f64>| {
-        json!({
-            "episodes": episodes,
-            "delay_s": metric("delay_s"),
-            "waiting_s": metric("waiting_s"),
-            "queue_veh": metric("queue_veh"),
-            "unfinished_veh": metric("unfinished_veh"),
-            "level_of_service": metric("delay_s").map(letter),
-        })
-    };
-    let with = |mut value: Value, more: Value| {
-        super::json::merge(&mut value, &more);
-        value
-    };
-    for point in &analysis.points {
-        for (m, method) in analysis.manifest.identity.methods.iter().enumerate() {
-            let Some(result) = &point.results[m] else { continue };
-            let head = json!({"event": "evaluation", "method": method, "point": point.row.point});
-            let metric = |name: &str| result.metrics.get(name).copied();
-            line(with(head, with(fields(&metric), json!({"score": result.score}))))?;
-        }
-    }
-    for method in &analysis.methods {
-        let head = json!({"event": "method", "method": method.method, "points": method.points});
-        let metric = |name: &str| metric_of(method, name);
-        let score = json!({"score": method.overall, "interval": method.interval});
-        line(with(head, with(fields(&metric), score)))?;
-    }
-    Ok(())
-}
-
-/// Returns the mean of a metric of a method, over all point MDPs.
-fn metric_of(method: &MethodSummary, name: &str) -> Option<f64> {
-    if name == "delay_s" { method.objective } else { Metrics::get(&method.metrics, name).copied() }
-}
-
-fn table(analysis: &Analysis) -> String {
-    let several = analysis.points.len() > 1;
-    let mut table = Table::new();
-    let rule = LineStyle::none().fill('-').junction('-');
-    let headings =
-        COLUMNS.iter().map(|(heading, _)| *heading).chain(several.then_some("point MDPs"));
-    let headings: Vec<&str> = headings.collect();
-    table.load_style(TableStyle::new().header_separator(rule)).set_header(&headings);
-    for (i, heading) in headings.iter().enumerate() {
-        if let Some(column) = table.column_mut(i).filter(|_| *heading != "method") {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    for method in &analysis.methods {
-        let mut cells: Vec<String> =
-            COLUMNS.iter().map(|(heading, metric)| cell(method, heading, *metric)).collect();
-        cells.extend(several.then(|| method.points.to_string()));
-        table.add_row(cells);
-    }
-    table.trim_fmt()
-}
-
-fn cell(method: &MethodSummary, heading: &str, metric: Option<(&str, usize)>) -> String {
-    let text = match (heading, metric) {
-        (_, Some((name, decimals))) => metric_of(method, name).map(|v| format!("{v:.decimals$}")),
-        ("score", _) => method.overall.map(|s| format!("{s:.2}")),
-        ("95% interval", _) => method.interval.filter(|_| !method.is_reference).map(interval),
-        ("level of service", _) => method.objective.map(|d| letter(d).to_string()),
-        _ => Some(method.method.clone()),
-    };
-    text.unwrap_or_else(|| "-".to_owned())
 }

@@ -54,143 +54,104 @@ pub fn code(error: &(dyn Error + 'static)) -> u8 {
     UNEXPECTED
 }
 
+/// Returns the codes of an error's types, by the first pattern that fits.
+macro_rules! codes {
+    ($error:ident: $($type:ty { $($pattern:pat => $code:expr,)* })*) => {
+        $(if let Some(error) = $error.downcast_ref::<$type>() {
+            return Some(match error { $($pattern => $code,)* });
+        })*
+    };
+}
+
 fn known(error: &(dyn Error + 'static)) -> Option<u8> {
-    fn of<E: Error + 'static>(error: &(dyn Error + 'static), code: fn(&E) -> u8) -> Option<u8> {
-        error.downcast_ref().map(code)
+    codes! { error:
+        FileError { e => file(e), }
+        Refused { _ => USAGE, }
+        SampleError { _ => USAGE, }
+        ChoiceError { _ => USAGE, }
+        AnalysisError { _ => USAGE, }
+        StudyError { _ => USAGE, }
+        MujocoError { _ => NO_SUMO, }
+        StoreError {
+            StoreError::Mismatch { .. }
+            | StoreError::Version { .. }
+            | StoreError::Locked { .. }
+            | StoreError::Adding(_)
+            | StoreError::Submitted(_) => MISMATCH,
+            StoreError::Io(e) => file(e),
+            _ => USAGE,
+        }
+        ReportError { ReportError::Io(e) => file(e), _ => UNEXPECTED, }
+        ExportError {
+            ExportError::Io(e) => file(e),
+            ExportError::Store(e) => code(e),
+            _ => UNEXPECTED,
+        }
+        RunError {
+            RunError::Family(e) => code(e),
+            RunError::Store(e) => code(e),
+            RunError::Trial(e) => code(e),
+            RunError::Prepare(e) => code(e.as_ref()),
+            RunError::Batch(e) => code(e),
+            RunError::Io(e) => file(e),
+            RunError::Controller { given: true, .. } => MISMATCH,
+            RunError::Stopped { no_simulator: true, .. } => NO_SUMO,
+            RunError::Stopped { .. } | RunError::Unprepared(_) => UNEXPECTED,
+            _ => USAGE,
+        }
+        TrialError {
+            TrialError::Simulator(_) => NO_SUMO,
+            TrialError::Input(_) | TrialError::Model(_) | TrialError::Diverged(_) => USAGE,
+            TrialError::Machine(e) => code(e.as_ref()),
+            TrialError::Stopped => STOPPED,
+            TrialError::Failed(_) | TrialError::Own(_) | TrialError::Disturbed(_) => UNEXPECTED,
+        }
+        BatchError {
+            BatchError::Refused { .. } => UNEXPECTED,
+            BatchError::Io(e) => file(e),
+            _ => USAGE,
+        }
+        TrafficError {
+            TrafficError::Family(e) => code(e),
+            TrafficError::Network(e) => code(e),
+            TrafficError::Sim(e) => code(e),
+            TrafficError::Run(e) => code(e),
+            TrafficError::Io(e) => file(e),
+            TrafficError::Disturbed(_) => UNEXPECTED,
+            _ => USAGE,
+        }
+        OwnError { OwnError::Io(e) => file(e), _ => USAGE, }
+        FamilyError { FamilyError::Io(e) => file(e), _ => USAGE, }
+        NetworkError {
+            NetworkError::NoNetconvert { .. } => NO_SUMO,
+            NetworkError::Io(e) => file(e),
+            NetworkError::Intersection { .. } | NetworkError::Altered { .. } => USAGE,
+            _ => UNEXPECTED,
+        }
+        CityError {
+            CityError::Family(e) => code(e),
+            CityError::Network(e) => code(e),
+            CityError::Io(e) => file(e),
+            CityError::Input(OsmError::Unreadable { reason, .. }) => match reason.kind() {
+                ErrorKind::FileTooLarge => USAGE,
+                _ => system(reason),
+            },
+            _ => USAGE,
+        }
+        SimError {
+            SimError::Unavailable(_) | SimError::Absent(_) => NO_SUMO,
+            SimError::Io(e) => file(e),
+            SimError::NoSignals(_)
+            | SimError::Signal { .. }
+            | SimError::NoVehicles(_)
+            | SimError::Config { .. }
+            | SimError::Obstacles(_)
+            | SimError::NoConfig(_)
+            | SimError::Missing(_) => USAGE,
+            _ => UNEXPECTED,
+        }
     }
-    if let Some(ReportError::Io(e)) = error.downcast_ref() {
-        return Some(file(e));
-    }
-    match error.downcast_ref() {
-        Some(ExportError::Io(e)) => return Some(file(e)),
-        Some(ExportError::Store(e)) => return Some(store(e)),
-        _ => {}
-    }
-    let is_usage = error.is::<Refused>()
-        || error.is::<SampleError>()
-        || error.is::<ChoiceError>()
-        || error.is::<AnalysisError>()
-        || error.is::<StudyError>();
-    is_usage
-        .then_some(USAGE)
-        .or_else(|| of(error, |_: &MujocoError| NO_SUMO))
-        .or_else(|| of(error, run))
-        .or_else(|| of(error, traffic))
-        .or_else(|| of(error, own))
-        .or_else(|| of(error, family))
-        .or_else(|| of(error, network))
-        .or_else(|| of(error, city))
-        .or_else(|| of(error, sim))
-        .or_else(|| of(error, store))
-        .or_else(|| of(error, file))
-}
-
-fn run(error: &RunError) -> u8 {
-    match error {
-        RunError::Family(e) => family(e),
-        RunError::Store(e) => store(e),
-        RunError::Trial(e) => trial(e),
-        RunError::Prepare(e) => code(e.as_ref()),
-        RunError::Batch(e) => batch(e),
-        RunError::Io(e) => file(e),
-        RunError::Controller { given: true, .. } => MISMATCH,
-        RunError::Stopped { no_simulator: true, .. } => NO_SUMO,
-        RunError::Stopped { .. } | RunError::Unprepared(_) => UNEXPECTED,
-        _ => USAGE,
-    }
-}
-
-fn traffic(error: &TrafficError) -> u8 {
-    match error {
-        TrafficError::Family(e) => family(e),
-        TrafficError::Network(e) => network(e),
-        TrafficError::Sim(e) => sim(e),
-        TrafficError::Run(e) => code(e),
-        TrafficError::Io(e) => file(e),
-        TrafficError::Disturbed(_) => UNEXPECTED,
-        _ => USAGE,
-    }
-}
-
-fn own(error: &OwnError) -> u8 {
-    match error {
-        OwnError::Io(e) => file(e),
-        _ => USAGE,
-    }
-}
-
-fn family(error: &FamilyError) -> u8 {
-    match error {
-        FamilyError::Io(e) => file(e),
-        _ => USAGE,
-    }
-}
-
-fn network(error: &NetworkError) -> u8 {
-    match error {
-        NetworkError::NoNetconvert { .. } => NO_SUMO,
-        NetworkError::Io(e) => file(e),
-        NetworkError::Intersection { .. } | NetworkError::Altered { .. } => USAGE,
-        _ => UNEXPECTED,
-    }
-}
-
-fn city(error: &CityError) -> u8 {
-    match error {
-        CityError::Family(e) => family(e),
-        CityError::Network(e) => network(e),
-        CityError::Io(e) => file(e),
-        CityError::Input(OsmError::Unreadable { reason, .. }) => match reason.kind() {
-            ErrorKind::FileTooLarge => USAGE,
-            _ => system(reason),
-        },
-        _ => USAGE,
-    }
-}
-
-fn trial(error: &TrialError) -> u8 {
-    match error {
-        TrialError::Simulator(_) => NO_SUMO,
-        TrialError::Input(_) | TrialError::Model(_) | TrialError::Diverged(_) => USAGE,
-        TrialError::Machine(e) => code(e.as_ref()),
-        TrialError::Stopped => STOPPED,
-        TrialError::Failed(_) | TrialError::Own(_) | TrialError::Disturbed(_) => UNEXPECTED,
-    }
-}
-
-fn batch(error: &BatchError) -> u8 {
-    match error {
-        BatchError::Refused { .. } => UNEXPECTED,
-        BatchError::Io(e) => file(e),
-        _ => USAGE,
-    }
-}
-
-fn sim(error: &SimError) -> u8 {
-    match error {
-        SimError::Unavailable(_) | SimError::Absent(_) => NO_SUMO,
-        SimError::Io(e) => file(e),
-        SimError::NoSignals(_)
-        | SimError::Signal { .. }
-        | SimError::NoVehicles(_)
-        | SimError::Config { .. }
-        | SimError::Obstacles(_)
-        | SimError::NoConfig(_)
-        | SimError::Missing(_) => USAGE,
-        _ => UNEXPECTED,
-    }
-}
-
-fn store(error: &StoreError) -> u8 {
-    match error {
-        StoreError::Mismatch { .. }
-        | StoreError::Version { .. }
-        | StoreError::Locked { .. }
-        | StoreError::Adding(_)
-        | StoreError::Submitted(_) => MISMATCH,
-        StoreError::Io(e) => file(e),
-        _ => USAGE,
-    }
+    None
 }
 
 fn file(error: &FileError) -> u8 {

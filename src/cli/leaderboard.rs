@@ -1,7 +1,8 @@
-//! `tsc-family leaderboard`: all methods of many results directories on one page.
+//! A leaderboard: all methods of many results directories on one page.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use super::compare::CompareArgs;
 use super::folder::check_file;
 use super::found::found;
 use super::output::{line, note};
@@ -14,33 +15,12 @@ use crate::report::leaderboard::{json, markdown};
 use crate::store::Layout;
 use crate::store::results::Results;
 
-/// `tsc-family leaderboard`.
-#[derive(Debug, clap::Args)]
-#[command(after_help = "\
-Runs of one scenario and preset with the same episodes are one table: same point MDPs, seeds and records of \
-the baseline. Packed records are read as they are. Needs no SUMO.
-
-Examples:
-  tsc-family leaderboard results
-  tsc-family leaderboard results --out results/README.md")]
-pub struct LeaderboardArgs {
-    /// Results directories, or folders with results directories in them
-    #[arg(value_name = "DIR", required = true)]
-    pub dirs: Vec<PathBuf>,
-    /// File to write the page to, in Markdown [default: it is printed]
-    #[arg(long, value_name = "FILE", conflicts_with = "json")]
-    pub out: Option<PathBuf>,
-    /// Print JSON lines: one per row
-    #[arg(long)]
-    pub json: bool,
-}
-
-pub(super) fn run(args: &LeaderboardArgs) -> anyhow::Result<u8> {
+pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
     if let Some(path) = &args.out {
         check_file(path, "--out", &[b"# Leaderboard"], "leaderboard")?;
     }
     let mut runs = Vec::new();
-    for path in found(&args.dirs)? {
+    for path in found(&args.results)? {
         let layout = Layout::new(&path);
         let results = Results::load(&layout)?;
         let analysis = domains::analysis(&layout, &results)?;

@@ -40,7 +40,6 @@ mod sumocfg_options;
 mod target;
 #[cfg(test)]
 mod testing;
-mod transfer;
 mod until;
 mod values;
 mod work;
@@ -92,8 +91,6 @@ pub enum Command {
     Run(Box<run::RunArgs>),
     /// Evaluate models that `run` trained on other point MDPs or SUMO scenarios
     Evaluate(Box<evaluate::EvaluateArgs>),
-    /// Evaluate every model of a results directory on all its point MDPs
-    Transfer(transfer::TransferArgs),
     /// Write the vehicles of a recorded episode for plain `sumo`
     Routes(routes::RoutesArgs),
     /// Show the lanes, movements and phases derived from a scenario's signals, with warnings
@@ -102,7 +99,7 @@ pub enum Command {
     Report(report::ReportArgs),
     /// Write all records of a results directory to one table: Parquet or CSV
     Export(export::ExportArgs),
-    /// Find damaged files in a results directory, and repair them
+    /// Find damaged files in a results directory
     Check(check::CheckArgs),
     /// Show the progress of a run
     Status(status::StatusArgs),
@@ -110,10 +107,8 @@ pub enum Command {
     Resume(resume::ResumeArgs),
     /// Measure the error of samples at several budgets, on results of a whole family
     Estimate(estimate::EstimateArgs),
-    /// Rank the methods of several results directories of one family together
+    /// Rank the methods of several results directories together, or of many as a leaderboard
     Compare(compare::CompareArgs),
-    /// Rank the methods of many results directories, per family and preset, on one page
-    Leaderboard(leaderboard::LeaderboardArgs),
     /// Rank methods over every combination of one point MDP from each of several families
     Across(across::AcrossArgs),
     /// Rank the methods of a results directory with other importance of the point MDPs
@@ -195,7 +190,6 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::BuildNetworks(args) => build_networks::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
-        Command::Transfer(args) => transfer::run(&args),
         Command::Routes(args) => routes::run(&args),
         Command::Signals(args) => signals::run(&args),
         Command::Report(args) => report::run(&args),
@@ -203,7 +197,6 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Check(args) => check::run(&args),
         Command::Estimate(args) => estimate::run(&args),
         Command::Compare(args) => compare::run(&args),
-        Command::Leaderboard(args) => leaderboard::run(&args),
         Command::Across(args) => across::run(&args),
         Command::Sensitivity(args) => sensitivity::run(&args),
         Command::Doctor(args) => doctor::run(&args),
@@ -243,7 +236,6 @@ impl Command {
             Self::Worker(args) => (given(&args.controllers), None),
             Self::Work(args) => (given(&args.controllers), None),
             Self::Evaluate(args) => (Some(Cow::Owned(args.controllers()?)), None),
-            Self::Transfer(args) => (Some(Cow::Owned(args.controllers()?)), None),
             Self::Resume(args) => (given(&args.controllers), Some(&args.dir)),
             Self::Status(args) => (None, Some(&args.dir)),
             _ => (None, None),

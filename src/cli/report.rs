@@ -63,13 +63,7 @@ pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
 /// Writes a report and prints its table, or with `json` its methods; `notes` go to standard error.
 pub(super) fn print(target: &Target, data: &Report, json: bool, notes: bool) -> anyhow::Result<()> {
     let paths = report::write_to(&target.root, &target.folder, data)?;
-    if json {
-        for row in data.json_rows() {
-            line(method_line(row))?;
-        }
-    } else {
-        line(text::table(data))?;
-    }
+    show(data, json)?;
     if notes {
         for text in text::notes(data).into_iter().chain(text::growth(data)) {
             note(text);
@@ -78,4 +72,13 @@ pub(super) fn print(target: &Target, data: &Report, json: bool, notes: bool) -> 
         note(format!("report: {}", paths.html.display()));
     }
     Ok(())
+}
+
+/// Prints the table of a report, or with `json` its methods.
+pub(super) fn show(data: &Report, json: bool) -> anyhow::Result<()> {
+    match json {
+        true => data.json_rows().into_iter().try_for_each(|row| line(method_line(row))),
+        false => line(text::table(data)),
+    }
+    .map_err(Into::into)
 }

@@ -55,6 +55,8 @@ fn two_runs_have_the_scores_of_one_run_with_all_their_methods() {
     write_run(&root.join("all"), &all, delay_s);
     let text = succeed(root, "compare one two --out compared");
     assert!(text.starts_with("The runs differ in their methods alone.\n"), "{text}");
+    let equal = "- baseline in one and two: 4 of 4 shared episodes are equal to the last digit\n";
+    assert!(text.contains(equal), "{text}");
     succeed(root, "report all");
     for table in
         ["scores.csv", "summary.csv", "episodes.csv", "pairs.csv", "ranks.csv", "profiles.csv"]
@@ -133,6 +135,41 @@ fn more_trainings_of_a_method_join_those_of_another_run() {
     assert_eq!(of("compared"), of("three/report"));
 }
 
+/// Thirteen of forty tasks of one's own beside a published run: its records fill no gap.
+#[test]
+fn what_a_run_lacks_is_not_taken_from_another_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    let all = manifest(&["baseline", "max-pressure"]);
+    write_run(&root.join("published"), &all, delay_s);
+    fs::create_dir(root.join("mine")).unwrap();
+    write_results(&root.join("mine"), &all, |task| {
+        let rows = evaluations(&[delay_s(task) - 1.0, delay_s(task) + 1.0]);
+        let is_done = task.method == "baseline" || task.point != "busy";
+        is_done.then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+    });
+    let text = succeed(root, "compare published mine");
+    assert!(text.contains("max-pressure@published") && text.contains("1/2"), "{text}");
+    assert!(
+        text.contains(
+            "- max-pressure in published and mine: 2 of 2 shared episodes are equal to the last digit; mine has 1 of 2 \
+             tasks of it\n"
+        ),
+        "{text}"
+    );
+    write_run(&root.join("again"), &all, |task| match &*task.point {
+        "busy" => delay_s(task) + 0.5,
+        _ => delay_s(task),
+    });
+    let text = succeed(root, "compare published again");
+    assert!(
+        text.contains("2 of 4 shared episodes are equal to the last digit; the first other one, on busy with seed"),
+        "{text}"
+    );
+    let text = succeed(root, "compare published mine --json");
+    assert!(text.contains("\"repeated\":["), "{text}");
+}
+
 #[test]
 fn runs_that_cannot_be_compared_are_refused_with_the_place_and_a_way_out() {
     let folder = tempfile::tempdir().unwrap();
@@ -204,7 +241,7 @@ fn of_a_folder_the_runs_are_compared_that_fit_the_first_one() {
     assert!(said.contains("none of the runs in city can be compared with city/resco"), "{said}");
     // What is in the folder does not say which family is meant.
     let said = stderr(&run(root, "compare city"));
-    assert!(said.contains("city is no results directory; give one first"), "{said}");
+    assert!(said.contains("--leaderboard ranks all runs of folders"), "{said}");
     let said = stderr(&run(root, "compare mine nowhere"));
     assert!(said.contains("nowhere"), "{said}");
 }
@@ -218,7 +255,7 @@ fn a_leaderboard_has_a_table_per_task_and_the_places_that_intervals_allow() {
     write_run(&root.join("city/other"), &manifest(&["baseline", "idqn"]), |task| {
         2.0 * delay_s(task)
     });
-    let text = succeed(root, "leaderboard city --out page.md");
+    let text = succeed(root, "compare --leaderboard city --out page.md");
     assert!(text.is_empty(), "{text}");
     let page = fs::read_to_string(root.join("page.md")).unwrap();
     assert!(page.starts_with("# Leaderboard\n"), "{page}");
@@ -238,7 +275,7 @@ fn a_leaderboard_has_a_table_per_task_and_the_places_that_intervals_allow() {
         let rows = evaluations(&[delay_s(task) - 1.0, delay_s(task) + 1.0]);
         is_done.then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
     });
-    let page = succeed(root, "leaderboard part city");
+    let page = succeed(root, "compare --leaderboard part city");
     let rows: Vec<&str> = page.lines().filter(|l| l.contains("(part)")).collect();
     assert_eq!(rows.len(), 2, "{page}");
     assert!(
@@ -247,13 +284,13 @@ fn a_leaderboard_has_a_table_per_task_and_the_places_that_intervals_allow() {
     );
     assert!(page.contains("| actuated |") && page.contains("(city/one)"), "{page}");
     // It replaces itself and no other file.
-    succeed(root, "leaderboard city --out page.md");
+    succeed(root, "compare --leaderboard city --out page.md");
     fs::write(root.join("notes.md"), "mine").unwrap();
-    let output = run(root, "leaderboard city --out notes.md");
+    let output = run(root, "compare --leaderboard city --out notes.md");
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-    let lines = succeed(root, "leaderboard city/one city/two --json");
+    let lines = succeed(root, "compare --leaderboard city/one city/two --json");
     assert_eq!(lines.lines().count(), 4, "{lines}");
-    let output = run(root, "leaderboard city/one/done");
+    let output = run(root, "compare --leaderboard city/one/done");
     assert!(
         stderr(&output).contains("city/one/done is no results directory"),
         "{}",

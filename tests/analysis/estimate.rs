@@ -109,21 +109,6 @@ fn the_same_plan_gives_the_same_cells_on_one_thread_and_on_four() {
     assert_eq!(on(1), on(4));
 }
 
-#[test]
-fn another_importance_is_another_truth_on_the_same_scores() {
-    let all = recorded();
-    let mut importance = vec![0.0; SIZE];
-    importance[7] = 3.0;
-    importance[9] = 1.0;
-    let other = all.with_importance(&importance).unwrap();
-    let expected = 0.75 * all.methods[0].scores[7] + 0.25 * all.methods[0].scores[9];
-    assert!((other.truth(&other.methods[0]) - expected).abs() < 1e-12);
-    let id = &all.family.points[50].id;
-    let at = other.family.position(id).unwrap();
-    assert_eq!(other.methods[0].scores[at], all.methods[0].scores[50]);
-    assert_eq!(other.inputs[0].1[at], all.inputs[0].1[50]);
-}
-
 /// A run of a family of twelve; delays rise with the inflow.
 fn twelve() -> Manifest {
     let mut manifest = manifest(&["baseline", "steady", "nervous"]);

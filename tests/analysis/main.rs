@@ -24,5 +24,4 @@ mod report_large;
 mod rliable;
 mod samples;
 mod sensitivity;
-mod sensitivity_cases;
 mod summaries;

@@ -43,13 +43,18 @@ fn models_drive_elsewhere_as_they_did_where_they_were_trained() {
     assert_eq!(folder.rows("out/report/models.csv").len(), 4);
 
     let evaluate = "evaluate --model out/models/000/2.safetensors --eval-seeds 2 --json";
-    let lines = json_lines(&folder.run(&format!("{evaluate} --point narrow city.toml")));
-    assert_eq!((&lines[0]["method"], &lines[0]["score"]), (&"baseline".into(), &1.0.into()));
-    assert_eq!(lines[1]["method"], "idqn-of-narrow");
-    assert_eq!(lines[1]["delay_s"], summary["delay_s"], "as in the run");
+    let of_model = |place: &str| {
+        let lines = json_lines(&folder.run(&format!("{evaluate} {place}")));
+        assert_eq!(lines.len(), 2, "{lines:?}");
+        lines.into_iter().find(|l| l["method"] == "idqn-of-narrow").unwrap()
+    };
+    assert_eq!(
+        of_model("--point narrow city.toml")["delay_s"],
+        summary["delay_s"],
+        "as in the run"
+    );
     let config = "networks/city/narrow/narrow.sumocfg";
-    let lines = json_lines(&folder.run(&format!("{evaluate} --sumocfg {config}")));
-    assert_eq!((lines.len(), &lines[1]["point"]), (4, &"narrow".into()));
+    assert_eq!(of_model(&format!("--sumocfg {config}"))["points"], 1);
     folder.refuses(&[
         (&format!("{evaluate} --point wide city.toml"), "the model does not fit these signals: "),
         (&format!("{evaluate} --point nowhere city.toml"), "has no point MDP \"nowhere\""),
@@ -72,20 +77,20 @@ fn models_drive_elsewhere_as_they_did_where_they_were_trained() {
     let said = folder.says(0, &format!("{beside} other --set signal.delta_time_s=5"));
     assert!(said.contains("m was trained with another timing of signals"), "{said}");
 
-    // A transfer simulates models alone and names what does not carry over.
-    let output = folder.output("transfer out --out moved --json");
+    // A run of the models of another one simulates models alone and names what does not carry over.
+    let output = folder.output("evaluate --from out --out moved --json");
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
-    assert!(stderr(&output).contains("no score: idqn-of-narrow on wide: the model does not fit"));
-    let named: Vec<String> = json_lines(&stdout(&output))
-        .iter()
-        .map(|line| format!("{}-of-{}", line["method"], line["trained_on"]).replace('"', ""))
-        .collect();
-    let expected = ["mplight-of-narrow", "mplight-of-wide", "idqn-of-narrow", "idqn-of-wide"];
-    assert_eq!(named, expected);
+    assert!(stderr(&output).contains("idqn-of-narrow on wide: the model does not fit"));
+    let named = json_lines(&stdout(&output));
+    assert_eq!(named.len(), 7, "baseline, two methods and their four models: {named:?}");
+    assert!(named.iter().any(|line| line["method"] == "idqn-of-wide"));
     assert_eq!(folder.rows("moved/transfer/transfer.csv").len(), 8);
     assert_eq!(delay("moved", 3), delay("out", 1), "at home a model is what its training was");
     folder.shows("moved/transfer/transfer.svg", &["mplight: own training", "trained on"]);
-    folder.refuses(&[("transfer out --out ./out", "whose models are taken; give another folder")]);
+    folder.refuses(&[(
+        "evaluate --from out --out ./out",
+        "whose models are taken; give another folder",
+    )]);
 }
 
 /// Puts the plan of a run into another folder, as if nothing were done.

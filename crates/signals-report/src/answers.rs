@@ -1,16 +1,12 @@
-//! What traffic adds to the first page: vehicle-hours, where a method fails, what a sample has of congestion.
+//! What traffic adds to the first page: vehicle-hours.
 
 use super::demand::{self, HOUR_S};
-use super::level_of_service::{DELAY, LEVELS, THRESHOLDS_S, letter};
-use super::measures::AT_F;
+use super::level_of_service::DELAY;
 use super::plans::told::given_plan;
-use evaluation::analysis::{Analysis, PointSummary, Reference};
+use evaluation::analysis::{Analysis, PointSummary};
 use evaluation::report::format;
-use evaluation::sample::Measure;
 use evaluation::stats::score::weighted_mean;
-use evaluation::store::assisting;
 use evaluation::store::manifest::PointRow;
-use signals::control::registry::METHODS;
 use signals::control::{existing, program};
 use signals::existing::Control;
 use signals::network_files::GENERATED;
@@ -91,74 +87,3 @@ pub(super) fn uncoordinated(data: &Analysis) -> Option<String> {
         )
     })
 }
-
-/// Says on how much of the family the best method leaves level of service F.
-pub(super) fn fails(data: &Analysis) -> Option<String> {
-    let best = data.best().filter(|_| data.manifest.identity.objective == DELAY)?;
-    let at_f = data.extent(|p| {
-        let result = p.results[best.index].as_ref();
-        result.is_some_and(|r| letter(r.objective) == LEVELS[AT_LAST])
-    });
-    let seconds = THRESHOLDS_S[AT_LAST - 1];
-    let what = match at_f.is_none() {
-        true => format!("no intersection is at level of service F (over {seconds} s of delay)"),
-        false => format!(
-            "{} have level of service F (over {seconds} s of delay)",
-            at_f.in_words("intersection", format::percent)
-        ),
-    };
-    Some(format!("Under {} {what}.", best.method))
-}
-
-/// Says which part of the sample is oversaturated, and of the family where that is known.
-pub(super) fn misses(data: &Analysis) -> Option<String> {
-    let identity = &data.manifest.identity;
-    if identity.objective != DELAY {
-        return None;
-    }
-    let baseline = Reference::baseline(identity).index?;
-    let known: Vec<&PointSummary> =
-        data.points.iter().filter(|p| p.results[baseline].is_some()).collect();
-    let at_f = known.iter().filter(|p| p.regime == Some(AT_F)).count();
-    let flag = |p: &&PointSummary| (p.weight, if p.regime == Some(AT_F) { 1.0 } else { 0.0 });
-    let share = weighted_mean(known.iter().map(flag))?;
-    let sample = format!(
-        "Oversaturated (level of service F under the baseline): {at_f} of {} in the sample, with {} of the weight",
-        format::count(known.len(), "point MDP"),
-        format::percent(share)
-    );
-    let of_family = || {
-        let design = data.design.as_ref().filter(|_| !has_other_baseline(data))?;
-        let delays = design.input(&identity.baseline, Measure::Objective)?;
-        let at_f = |delay_s: &&f64| letter(**delay_s) == LEVELS[AT_LAST];
-        let importance = design.points.iter().map(|p| p.importance);
-        let flags = importance.zip(&delays).map(|(w, s)| (w, if at_f(&s) { 1.0 } else { 0.0 }));
-        Some((delays.iter().filter(at_f).count(), delays.len(), weighted_mean(flags)?))
-    };
-    Some(match of_family() {
-        Some((n, all, share)) => {
-            format!("{sample}; in the family {n} of {all}, with {}.", format::percent(share))
-        }
-        None => format!(
-            "{sample}; how many the family has is not known{}.",
-            match at_f {
-                0 => ", and these results do not show how methods do in congestion",
-                _ => "",
-            }
-        ),
-    })
-}
-
-/// Whether the results that assist the sample are known to have settings under which the baseline has other delays.
-fn has_other_baseline(data: &Analysis) -> bool {
-    let identity = &data.manifest.identity;
-    let Some(there) = &data.manifest.provenance.assisting else { return false };
-    let is_of_another = |key: &str| {
-        let section = assisting::section(key);
-        METHODS.iter().any(|m| m.section() == section && m.name != identity.baseline)
-    };
-    assisting::differing(there, &identity.settings).iter().any(|key| !is_of_another(key))
-}
-
-/// Position of F among the levels.
-const AT_LAST: usize = LEVELS.len() - 1;

@@ -25,8 +25,6 @@ pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
             let said: Vec<String> = said.into_iter().flatten().collect();
             (!said.is_empty()).then(|| said.join(" "))
         }
-        About::Fails => answers::fails(data),
-        About::Misses => answers::misses(data),
         About::Regimes => {
             overloaded_of(data).map(|o| format!("Under the baseline {}.", o.in_words()))
         }
@@ -84,10 +82,6 @@ pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
             "above the dashed line is worse than {}. Drivers would meet this if a method learned on the street.",
             HtmlEscape(&data.reference.name)
         )),
-        About::ApplyFeatures => constant(
-            "look up the intersections you have: the lowest line at their inflow, lanes and speed may be the \
-             method that helps most there. Hollow marks are of few intersections and say little.",
-        ),
     }
 }
 

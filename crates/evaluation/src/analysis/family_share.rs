@@ -38,14 +38,6 @@ impl FamilyShare {
             Self::Share(share) => share <= 0.0,
         }
     }
-
-    /// Returns the count or the share alone, for enumerations.
-    pub fn alone(self, percent: impl Fn(f64) -> String) -> String {
-        match self {
-            Self::Counted(n, _) => n.to_string(),
-            Self::Share(share) => percent(share),
-        }
-    }
 }
 
 impl Analysis {
@@ -67,13 +59,6 @@ impl Analysis {
                 FamilyShare::Share(so().map(|p| p.weight).sum::<f64>() / total)
             }
         }
-    }
-
-    /// Returns on how much of the family a method has no result, beside what it was not evaluated on; `None` where it has
-    /// all.
-    pub fn without_result(&self, method: usize) -> Option<FamilyShare> {
-        let extent = self.extent(|p| p.results[method].is_none());
-        Some(extent).filter(|extent| !extent.is_none())
     }
 
     /// Returns the mean objectives of two methods over the point MDPs that both finished, and how many these are.

@@ -2,12 +2,12 @@
 //!
 //! - **Point MDPs** are those of the run that has fewest; all other runs must have them too. Its sample gives the weights.
 //! - **Seeds** are those that all runs have.
-//! - **A method that several runs have** is one method where its records agree. Where they differ, it is there once per
-//!   run, as `METHOD@RUN`. So what the runs differ in shows in the same ranking: a baseline under two versions of a
-//!   simulator is two methods.
+//! - **A method that several runs have** is one method where its records agree and neither lacks one that the other has
+//!   of a task of both. Else it is there once per run, as `METHOD@RUN`. So what the runs differ in shows in the same
+//!   ranking: a baseline under two versions of a simulator is two methods. All records of a method are of one run.
 //! - **Scores** are relative to the baseline of the first run that is named.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -68,6 +68,8 @@ pub struct Joined {
     pub simulators: Vec<String>,
     /// Methods that several runs have with other records: the name, and what it is called under each of them.
     pub apart: Vec<(String, Vec<String>)>,
+    /// How many episodes are equal of methods that several runs have, a sentence each.
+    pub repeated: Vec<String>,
 }
 
 /// A method of the comparison.
@@ -124,7 +126,7 @@ pub fn join(sources: Vec<Source>, known: Known<'_>) -> Result<Joined, AnalysisEr
         [first, _, ..] => first,
         _ => {
             return refused(
-                "compare needs two results directories or more of one family".to_owned(),
+                "compare needs two results directories or more of one family; --leaderboard ranks all runs of folders".to_owned(),
             );
         }
     };
@@ -144,7 +146,11 @@ pub fn join(sources: Vec<Source>, known: Known<'_>) -> Result<Joined, AnalysisEr
         check_points(&sources[sample], other)?;
     }
     let seeds = common_seeds(&sources)?;
-    let columns = columns(&sources, &sources[sample].identity().points, &seeds);
+    let points = &sources[sample].identity().points;
+    let evaluated: Vec<Evaluated<'_>> =
+        sources.iter().map(|source| evaluations(source, points, &seeds)).collect();
+    let columns = columns(&sources, &evaluated);
+    let repeated = repeated(&sources, &evaluated);
     let results = side_by_side(&sources, sample, &columns, &seeds);
     let apart = apart(&columns);
     let mut differences = differences(&sources, known);
@@ -154,7 +160,7 @@ pub fn join(sources: Vec<Source>, known: Known<'_>) -> Result<Joined, AnalysisEr
         1 => Vec::new(),
         _ => simulators.into_iter().cloned().collect(),
     };
-    Ok(Joined { results, sample, differences, simulators, apart, sources })
+    Ok(Joined { results, sample, differences, simulators, apart, repeated, sources })
 }
 
 fn refused<T>(text: String) -> Result<T, AnalysisError> {
@@ -168,29 +174,31 @@ pub(super) fn check_together(
     known: Known<'_>,
 ) -> Result<(), AnalysisError> {
     let (one, other) = (a.identity(), b.identity());
-    let of = |what: &str, x: &str, y: &str, way_out: &str| {
-        refused(format!("{what} {x} in {} and {y} in {}; {way_out}", a.path, b.path))
+    let preset = |i: &Identity| i.settings["preset"].as_str().unwrap_or("not set").to_owned();
+    let of = |what: &str, value: &dyn Fn(&Identity) -> String, way_out: &str| {
+        let (x, y) = (value(one), value(other));
+        match x == y {
+            true => Ok(()),
+            false => refused(format!("{what} {x} in {} and {y} in {}; {way_out}", a.path, b.path)),
+        }
     };
     let families = "compare runs of one family here, and rank over several families with `across`";
-    if one.domain != other.domain {
-        return of("the task is", &one.domain, &other.domain, families);
-    }
-    if (&one.objective, one.direction) != (&other.objective, other.direction) {
-        return of("scores compare", &one.objective, &other.objective, families);
-    }
-    let preset = |i: &Identity| i.settings["preset"].as_str().unwrap_or("not set").to_owned();
-    if preset(one) != preset(other) {
-        let way_out = "methods of one preset can be compared; `across` ranks over both";
-        return of("the preset is", &preset(one), &preset(other), way_out);
-    }
-    if one.baseline != other.baseline {
-        return of("the baseline is", &one.baseline, &other.baseline, families);
-    }
+    of("the task is", &|i| i.domain.clone(), families)?;
+    of("scores compare", &|i| format!("{} ({})", i.objective, i.direction.name()), families)?;
+    of(
+        "the preset is",
+        &preset,
+        "methods of one preset can be compared; `across` ranks over both",
+    )?;
+    of("the baseline is", &|i| i.baseline.clone(), families)?;
     let decides = |key: &str| known.episodes.contains(&section(key));
     if let Some((key, values)) = settings([a, b]).into_iter().find(|(key, _)| decides(key)) {
         let way_out = "with another value, episodes of the same seed are not the same; run one of them again with the \
                        value of the other";
-        return of(&format!("the setting {key} is"), &values[0], &values[1], way_out);
+        return refused(format!(
+            "the setting {key} is {} in {} and {} in {}; {way_out}",
+            values[0], a.path, values[1], b.path
+        ));
     }
     Ok(())
 }
@@ -226,23 +234,21 @@ fn check_points(sample: &Source, other: &Source) -> Result<(), AnalysisError> {
             sample.path
         ));
     }
-    for point in &of_sample.points {
-        let same = there[point.point.as_str()];
-        let is_near = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
-        let name = point.name();
-        if point.content != same.content || point.features != same.features {
-            return refused(format!(
-                "the point MDP {name} is another one in {} than in {}, so its vehicles or random numbers are others; \
-                 compare runs of one table of point MDPs",
-                other.path, sample.path
-            ));
-        }
-        if !is_near(point.importance, same.importance) {
-            return refused(format!(
-                "the importance of the point MDP {name} is {} in {} and {} in {}; compare runs of one family",
-                same.importance, other.path, point.importance, sample.path
-            ));
-        }
+    let is_near = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
+    let is_other = |p: &&PointRow| {
+        let other = there[p.point.as_str()];
+        p.content != other.content
+            || p.features != other.features
+            || !is_near(p.importance, other.importance)
+    };
+    if let Some(point) = of_sample.points.iter().find(is_other) {
+        return refused(format!(
+            "the point MDP {} is another one in {} than in {}: its importance, features, vehicles or random numbers are \
+             others; compare runs of one table of point MDPs",
+            point.name(),
+            other.path,
+            sample.path
+        ));
     }
     if of_sample.sample.family_size != of_other.sample.family_size {
         return refused(format!(
@@ -275,18 +281,25 @@ fn common_seeds<'a>(
 }
 
 /// Returns the methods: those of the first run, then what the others add.
-fn columns(sources: &[Source], points: &[PointRow], seeds: &[u64]) -> Vec<Column> {
-    let evaluated: Vec<HashMap<_, _>> =
-        sources.iter().map(|source| evaluations(source, points, seeds)).collect();
+fn columns(sources: &[Source], evaluated: &[Evaluated<'_>]) -> Vec<Column> {
+    let planned: Vec<HashSet<(&str, &str, u32)>> = (sources.iter())
+        .map(|source| {
+            source.results.plan().iter().map(|t| (&*t.method, &*t.point, t.replicate)).collect()
+        })
+        .collect();
+    let lacks_the_same = |a: usize, b: usize, method: &str| {
+        let mut both = planned[a].intersection(&planned[b]).filter(|key| key.0 == method);
+        both.all(|key| evaluated[a].contains_key(key) == evaluated[b].contains_key(key))
+    };
     let mut columns: Vec<Column> = Vec::new();
     for (s, source) in sources.iter().enumerate() {
         for method in &source.identity().methods {
             let agrees = |column: &&mut Column| {
-                column.method == *method
-                    && column
-                        .sources
-                        .iter()
-                        .any(|other| agree(&evaluated[*other], &evaluated[s], method))
+                let is_one = |other: usize| {
+                    agree(&evaluated[other], &evaluated[s], method)
+                        && lacks_the_same(other, s, method)
+                };
+                column.method == *method && column.sources.iter().all(|other| is_one(*other))
             };
             match columns.iter_mut().find(agrees) {
                 Some(column) => column.sources.push(s),
@@ -305,6 +318,67 @@ fn columns(sources: &[Source], points: &[PointRow], seeds: &[u64]) -> Vec<Column
         columns[c].name = if several { format!("{method}@{of}") } else { method };
     }
     columns
+}
+
+/// Says of methods that several runs have how many episodes are equal, and which is the first that is not.
+fn repeated(sources: &[Source], evaluated: &[Evaluated<'_>]) -> Vec<String> {
+    let mut said = Vec::new();
+    for (a, one) in sources.iter().enumerate() {
+        for (b, other) in sources.iter().enumerate().skip(a + 1) {
+            for method in &one.identity().methods {
+                said.extend(equal((one, &evaluated[a]), (other, &evaluated[b]), method));
+            }
+        }
+    }
+    said
+}
+
+/// Says how many episodes of a method are equal in two runs; `None` where they share no task of it.
+fn equal(
+    (one, a): (&Source, &Evaluated<'_>),
+    (other, b): (&Source, &Evaluated<'_>),
+    method: &str,
+) -> Option<String> {
+    let mut shared: Vec<_> = a
+        .iter()
+        .filter(|(key, _)| key.0 == method)
+        .filter_map(|(key, rows)| Some((key, rows, b.get(key)?)))
+        .collect();
+    shared.sort_by_key(|(key, ..)| **key);
+    let (mut all, mut same, mut first) = (0, 0, None);
+    for (key, rows, others) in shared {
+        for ((seed, here), (_, there)) in rows.iter().zip(others).filter(|(x, y)| x.0 == y.0) {
+            all += 1;
+            match here == there {
+                true => same += 1,
+                false => first = first.or(Some((key.1, *seed, *here, *there))),
+            }
+        }
+    }
+    let mut text = format!(
+        "{method} in {} and {}: {same} of {all} shared episodes are equal to the last digit",
+        one.name, other.name
+    );
+    if let Some((point, seed, here, there)) = first {
+        let objective = &one.identity().objective;
+        let value = |metrics: &Metrics| {
+            metrics.get(objective).map_or_else(|| "none".to_owned(), f64::to_string)
+        };
+        text.push_str(&format!(
+            "; the first other one, on {point} with seed {seed}, has {objective} {} and {}",
+            value(here),
+            value(there)
+        ));
+    }
+    for (source, evaluated) in [(one, a), (other, b)] {
+        let of_method = |t: &&Task| *t.method == *method;
+        let tasks = source.results.plan().iter().filter(of_method).count();
+        let done = evaluated.keys().filter(|key| key.0 == method).count();
+        if done < tasks {
+            text.push_str(&format!("; {} has {done} of {tasks} tasks of it", source.name));
+        }
+    }
+    (all > 0).then_some(text)
 }
 
 /// What a task measured on every seed, by method, point MDP and replicate.
@@ -346,6 +420,14 @@ pub(super) fn agree(a: &Evaluated<'_>, b: &Evaluated<'_>, method: &str) -> bool 
 /// A task of a run with its record.
 type Found<'a> = (&'a Task, Option<&'a Record>);
 
+/// Returns the run that all records of a method are of: the first with most trainings.
+fn source_of(sources: &[Source], column: &Column) -> usize {
+    let trainings = |s: &&usize| sources[**s].identity().replicates_of(&column.method);
+    let most = column.sources.iter().map(|s| trainings(&s)).max();
+    let first = column.sources.iter().find(|s| Some(trainings(s)) == most);
+    first.copied().unwrap_or(0)
+}
+
 /// Returns the records of all methods, in the order of a plan.
 fn side_by_side(sources: &[Source], sample: usize, columns: &[Column], seeds: &[u64]) -> Results {
     let base = &sources[sample].results;
@@ -353,10 +435,8 @@ fn side_by_side(sources: &[Source], sample: usize, columns: &[Column], seeds: &[
     let tasks: Vec<HashMap<_, Found<'_>>> = (sources.iter())
         .map(|s| s.results.rows().map(|(task, record)| (key(task), (task, record))).collect())
         .collect();
-    let replicates = |c: &Column| {
-        let of = |s: &usize| sources[*s].identity().replicates_of(&c.method);
-        c.sources.iter().map(of).max().unwrap_or(1)
-    };
+    let replicates =
+        |c: &Column| sources[source_of(sources, c)].identity().replicates_of(&c.method);
     let identity = identity(sources, sample, columns, seeds, &replicates);
     let mut rows: Vec<(Task, Option<Arc<Record>>)> = Vec::new();
     for point in &identity.points {
@@ -364,11 +444,11 @@ fn side_by_side(sources: &[Source], sample: usize, columns: &[Column], seeds: &[
         for column in columns {
             for replicate in 0..replicates(column) {
                 let key = (column.method.clone(), point.point.clone(), replicate);
-                let planned = || column.sources.iter().filter_map(|s| tasks[*s].get(&key));
-                let Some((task, _)) = planned().next() else { continue };
+                let Some((task, found)) = tasks[source_of(sources, column)].get(&key) else {
+                    continue;
+                };
                 let task =
                     Task { task: rows.len(), method: column.name.clone(), ..(*task).clone() };
-                let found = planned().find_map(|(_, record)| *record);
                 let record = found.map(|record| Arc::new(record.on_seeds(&task, &of_point)));
                 rows.push((task, record));
             }
@@ -429,15 +509,8 @@ fn provenance(sources: &[Source]) -> Provenance {
         networks: String::new(),
         warnings: warnings.collect(),
         memory_per_worker_mb: None,
-        assisting: of_assisting(sources),
+        assisting: None,
     }
-}
-
-/// Returns what is kept of the settings of the run that assists, where all samples are assisted by the same.
-fn of_assisting(sources: &[Source]) -> Option<serde_json::Value> {
-    let mut kept = sources.iter().map(|s| &s.results.manifest.provenance.assisting);
-    let first = kept.next()?;
-    kept.all(|other| other == first).then(|| first.clone()).flatten()
 }
 
 /// Returns a value that all runs share, or else each value with the runs that have it.
@@ -493,24 +566,6 @@ fn differences(sources: &[Source], known: Known<'_>) -> Vec<String> {
             "Files of the point MDPs: on {others} of {} networks, demand or what the command line gave are not the same",
             points.len()
         ));
-    }
-    found.extend(controllers(sources));
-    found
-}
-
-/// Says which methods of somebody's own have one name and are not the same.
-fn controllers(sources: &[Source]) -> Vec<String> {
-    let mut found = Vec::new();
-    for (i, one) in sources.iter().enumerate() {
-        for other in &sources[i + 1..] {
-            for own in &one.identity().controllers {
-                let now = other.identity().controller(&own.name);
-                let difference = now.and_then(|now| own.difference(now));
-                found.extend(
-                    difference.map(|d| format!("From {} to {}: {d}", one.name, other.name)),
-                );
-            }
-        }
     }
     found
 }

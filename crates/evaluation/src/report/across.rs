@@ -1,126 +1,52 @@
-//! How methods rank across families, for terminals and as CSV and JSON.
+//! How methods rank across families, for terminals and as CSV.
 
-use serde_json::{Map, Value, json};
-
-use super::csv::table;
-use super::plain_table::plain_table;
+use super::table::{Cell, Columns, Table};
 use crate::analysis::across::{Across, Scale, Weighing};
+
+/// Returns the table, a row per method.
+pub fn table(data: &Across) -> Table {
+    let reported = data.reported.as_ref();
+    let mut columns = Columns::new()
+        .text("method", "method", |m: &usize| data.methods[*m].clone())
+        .column("score", data.scale.column(), |m| {
+            Cell::number(data.expected[*m], |v| format!("{v:.3}"))
+        })
+        .column("mean_rank", "mean rank", |m| {
+            Cell::number(data.mean_rank[*m], |v| format!("{v:.2}"))
+        });
+    for rank in 0..data.methods.len() {
+        let name = (format!("rank_{}", rank + 1), format!("rank {}", rank + 1));
+        columns = columns
+            .column(name.0, name.1, move |m| Cell::number(data.ranks.shares[*m][rank], percent));
+    }
+    let heading = if reported.is_some() { "reported" } else { "" };
+    columns = columns.file("reported_score", |m| Cell::exact(reported.map(|r| r.scores[*m])));
+    columns = columns
+        .column("reported_rank", heading, |m| Cell::number(reported.map(|r| r.ranks[*m]), rank));
+    columns = columns.file("scale", |_| Cell::text(data.scale.name()));
+    columns = columns.file("by", |_| Cell::text(data.weighing.name()));
+    columns = columns.file("combinations", |_| Cell::parsed(&data.ranks.combinations.to_string()));
+    columns.table(0..data.methods.len())
+}
 
 /// Returns the table for terminals, with what it is a table of above it and what follows below.
 pub fn text(data: &Across) -> String {
     let families: Vec<String> =
         data.families.iter().map(|(name, points)| format!("{name} ({points})")).collect();
-    let mut header =
-        vec!["method".to_owned(), data.scale.column().to_owned(), "mean rank".to_owned()];
-    header.extend((1..=data.methods.len()).map(|rank| format!("rank {rank}")));
-    header.extend(data.reported.as_ref().map(|_| "reported".to_owned()));
-    let rows = data.methods.iter().enumerate().map(|(m, method)| {
-        let mut row = vec![
-            method.clone(),
-            format!("{:.3}", data.expected[m]),
-            format!("{:.2}", data.mean_rank[m]),
-        ];
-        row.extend(data.ranks.shares[m].iter().map(|share| percent(*share)));
-        row.extend(data.reported.as_ref().map(|reported| rank(reported.ranks[m])));
-        row
-    });
-    let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let right: Vec<usize> = (1..header.len()).collect();
-    let mut text = format!(
-        "{} combinations of one point MDP from each of {}, {};\n{}\n\n{}",
+    let reported = data.reported.as_ref();
+    let at =
+        reported.map_or_else(String::new, |r| format!("\n\nreported at {}", r.points.join(", ")));
+    format!(
+        "{} combinations of one point MDP from each of {}, {};\n{}\n\n{}{at}\n\nThe order of the table holds in {} of the \
+         combinations; {} have ties, which share their ranks.",
         grouped(data.ranks.combinations),
         families.join(", "),
         data.weighing.in_words(),
         data.scale.in_words(data.direction.name()),
-        plain_table(&header, &right, rows.collect()),
-    );
-    if let Some(reported) = reported_order(data) {
-        text.push_str(&format!("\n\nreported: {reported}"));
-    }
-    text.push_str(&format!(
-        "\n\nThe order of the table holds in {} of the combinations; {} have ties, which share their ranks.",
+        table(data).plain(),
         percent(data.ranks.as_expected),
         percent(data.ranks.tied),
-    ));
-    text
-}
-
-/// Returns the methods in the order of the reported combination, those that tie joined by `=`, and its point MDPs.
-fn reported_order(data: &Across) -> Option<String> {
-    let reported = data.reported.as_ref()?;
-    let mut order: Vec<usize> = (0..data.methods.len()).collect();
-    order.sort_by(|a, b| reported.ranks[*a].total_cmp(&reported.ranks[*b]));
-    let mut text = String::new();
-    for (i, m) in order.iter().enumerate() {
-        let ties = i > 0 && reported.ranks[order[i - 1]] == reported.ranks[*m];
-        text.push_str(if i == 0 {
-            ""
-        } else if ties {
-            " = "
-        } else {
-            ", "
-        });
-        text.push_str(&data.methods[*m]);
-    }
-    Some(format!("{text} (at {})", reported.points.join(", ")))
-}
-
-/// Returns the table as CSV, a row per method.
-pub fn csv(data: &Across) -> String {
-    let mut header = ["method", "score", "mean_rank"].map(str::to_owned).to_vec();
-    header.extend((1..=data.methods.len()).map(|rank| format!("rank_{rank}")));
-    header.extend(
-        ["reported_score", "reported_rank", "scale", "by", "combinations"].map(str::to_owned),
-    );
-    let rows = (0..data.methods.len()).map(|m| {
-        let mut row = vec![
-            data.methods[m].clone(),
-            data.expected[m].to_string(),
-            data.mean_rank[m].to_string(),
-        ];
-        row.extend(data.ranks.shares[m].iter().map(f64::to_string));
-        let reported = data.reported.as_ref();
-        let cell = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
-        row.push(cell(reported.map(|r| r.scores[m])));
-        row.push(cell(reported.map(|r| r.ranks[m])));
-        row.extend([data.scale.name().to_owned(), data.weighing.name().to_owned()]);
-        row.push(data.ranks.combinations.to_string());
-        row
-    });
-    table(&header, rows)
-}
-
-/// Returns the lines of `--json`: one of the whole, then one per method.
-pub fn json(data: &Across) -> Vec<Value> {
-    let families =
-        data.families.iter().map(|(name, points)| json!({"results": name, "points": points}));
-    let mut lines = vec![json!({
-        "event": "across",
-        "families": families.collect::<Vec<_>>(),
-        "combinations": data.ranks.combinations as f64,
-        "distinct": data.ranks.distinct as f64,
-        "scale": data.scale.name(),
-        "by": data.weighing.name(),
-        "direction": data.direction.name(),
-        "order_holds": data.ranks.as_expected,
-        "tied": data.ranks.tied,
-        "reported": data.reported.as_ref().map(|r| r.points.clone()),
-    })];
-    for (m, method) in data.methods.iter().enumerate() {
-        let mut row = Map::new();
-        row.insert("event".to_owned(), "method".into());
-        row.insert("method".to_owned(), method.clone().into());
-        row.insert("score".to_owned(), data.expected[m].into());
-        row.insert("mean_rank".to_owned(), data.mean_rank[m].into());
-        for (r, share) in data.ranks.shares[m].iter().enumerate() {
-            row.insert(format!("rank_{}", r + 1), (*share).into());
-        }
-        let reported = data.reported.as_ref();
-        row.insert("reported_score".to_owned(), reported.map(|r| r.scores[m]).into());
-        row.insert("reported_rank".to_owned(), reported.map(|r| r.ranks[m]).into());
-        lines.push(Value::Object(row));
-    }
-    lines
+    )
 }
 
 impl Scale {

@@ -1,32 +1,20 @@
-//! The first page: questions that everybody asks of a comparison, answered in plain words.
+//! The first page: what everybody asks of a comparison, answered in plain words.
 //!
-//! What a domain knows beside the objective it says through [`About`]: gains in its own units, where a method fails,
-//! what a sample misses.
+//! What a domain knows beside the objective it says through [`About`], such as gains in its own units.
 
+use super::headline::{change, relative, rival, today};
 use super::sections::About;
 use super::sure::certain;
-use super::today::{relative, today};
 use super::whole::Report;
-use super::words::{Words, limit_in_words};
+use super::words::Words;
 use super::{decisive_points, format, policies, text};
-use crate::analysis::{FamilyShare, MethodSummary, PointSummary};
-use crate::sample::Design;
-use crate::stats::score::weighted_mean;
+use crate::analysis::MethodSummary;
 
 /// Evaluation seeds below which an interval is too rough for a verdict.
 pub(super) const FEW_SEEDS: usize = 5;
 
-/// A question with its answer, sentence by sentence.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Answer {
-    /// The question, short.
-    pub(super) question: &'static str,
-    /// The sentences.
-    pub(super) sentences: Vec<String>,
-}
-
-/// Returns the questions that can be answered.
-pub(super) fn answers(data: &Report) -> Vec<Answer> {
+/// Returns the questions that can be answered, each with the sentences of its answer.
+pub(super) fn answers(data: &Report) -> Vec<(&'static str, Vec<String>)> {
     let Some(best) = data.best() else {
         let sentence = match data.reference.is_none() {
             _ if data.unranked().next().is_some() => {
@@ -41,91 +29,57 @@ pub(super) fn answers(data: &Report) -> Vec<Answer> {
                 data.reference.in_full()
             ),
         };
-        return vec![Answer { question: "Why?", sentences: vec![sentence] }];
+        return vec![("Why?", vec![sentence])];
     };
-    [
+    let mut answers = vec![
         ("By how much?", gain(data, best)),
         ("How sure?", sure(data, best)),
-        ("Which policies?", policies::sentences(data)),
-        ("Which is best where?", wins(data)),
-        ("Where does it fail?", fails(data, best)),
-        (
-            "What does it hold for?",
-            [Some(basis(data, best)), text::growth(data)].into_iter().flatten().collect(),
-        ),
-        ("What does the sample not cover?", misses(data)),
-    ]
-    .into_iter()
-    .filter(|(_, sentences)| !sentences.is_empty())
-    .map(|(question, sentences)| Answer { question, sentences })
-    .collect()
-}
-
-/// What [`change`] says of no change.
-pub(super) const AS_MUCH: &str = "as much";
-
-/// Returns a score as a change from what it is relative to: `41% less`.
-pub(super) fn change(score: f64) -> String {
-    let direction = if score < 1.0 { "less" } else { "more" };
-    match (1.0 - score).abs() {
-        change if change < 0.000_5 => AS_MUCH.to_owned(),
-        change => format!("{} {direction}", format::percent(change)),
-    }
+        ("What does it hold for?", basis(data, best)),
+    ];
+    answers.retain(|(_, sentences)| !sentences.is_empty());
+    answers
 }
 
 /// Returns an amount with its unit.
 fn with_unit(words: &Words, value: f64) -> String {
-    match words.unit.as_str() {
-        "" => words.value(value),
-        unit => format!("{} {unit}", words.value(value)),
-    }
+    format!("{} {}", words.value(value), words.unit).trim_end().to_owned()
 }
 
-/// Says by how much the best method, or the best beside the reference, differs from the reference or the next.
+/// Says by how much the best method differs from what it is held against, or from the next one.
 fn gain(data: &Report, best: &MethodSummary) -> Vec<String> {
     let Words { instance, amount, noun, .. } = &data.words;
-    let others = || data.methods.iter().filter(|m| m.rank.is_some() && m.method != best.method);
-    let today = today(data);
-    let rival = if today.is_some_and(|today| today.index != best.index) {
-        today
-    } else if data.reference.is_none() || best.is_reference || today.is_some() {
-        others().next()
-    } else {
-        data.methods.iter().find(|m| m.is_reference)
-    };
-    let (Some(own), Some((rival, of_rival))) =
-        (best.objective, rival.and_then(|m| Some((m, m.objective?))))
-    else {
+    let next = || data.methods.iter().find(|m| m.rank.is_some() && m.index != best.index);
+    let Some(rival) = rival(data).filter(|m| m.index != best.index).or_else(next) else {
         return Vec::new();
     };
+    let (Some(own), Some(other)) = (best.objective, rival.objective) else { return Vec::new() };
     // Means over different point MDPs are not compared.
     let shared = data
         .objectives_shared(best.index, rival.index)
         .filter(|(.., points)| *points < best.points.max(rival.points));
-    let (own, of_rival) = shared.map_or((own, of_rival), |(own, of_rival, _)| (own, of_rival));
-    let difference = own - of_rival;
+    let (own, other) = shared.map_or((own, other), |(own, other, _)| (own, other));
+    let (less, value) = (own < other, |v: f64| with_unit(&data.words, v));
     let mut text = format!(
         "The average {instance} has {} of {amount} under {}, against {} under {}: {} {}",
-        with_unit(&data.words, own),
+        value(own),
         best.method,
-        with_unit(&data.words, of_rival),
+        value(other),
         rival.method,
-        with_unit(&data.words, difference.abs()),
-        if difference < 0.0 { "less" } else { "more" },
+        value((own - other).abs()),
+        if less { "less" } else { "more" },
     );
-    let worse = data.direction().is_worse(own, of_rival);
-    let score = match today {
-        Some(_) => relative(data, best, rival),
-        None => best.overall.filter(|_| !data.reference.is_none() && !best.is_reference),
+    let score = match data.reference.is_none() || best.is_reference {
+        true => None,
+        false => relative(data, best, rival),
     };
-    text.push_str(&match (score, worse) {
+    text.push_str(&match (score, data.direction().is_worse(own, other)) {
         (Some(score), true) => format!(
             ", but {instance} by {instance} {} on average: it loses where there is much {noun}.",
             change(score)
         ),
-        (Some(score), false) if of_rival > 0.0 => format!(
+        (Some(score), false) if other > 0.0 => format!(
             " ({}). This compares the means; {instance} by {instance} it is {} on average.",
-            format::percent((difference / of_rival).abs()),
+            format::percent(((own - other) / other).abs()),
             change(score)
         ),
         _ => ".".to_owned(),
@@ -135,7 +89,7 @@ fn gain(data: &Report, best: &MethodSummary) -> Vec<String> {
         let points = format::count(points, "point MDP");
         format!("These means are over the {points} on which both have results.")
     }));
-    if !best.is_reference && today.is_none_or(|today| today.index != best.index) {
+    if !best.is_reference && today(data).is_none_or(|today| today.index != best.index) {
         sentences.extend(data.sections.says(About::Gain, data));
     }
     sentences
@@ -154,17 +108,15 @@ fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
             certain(ranks[0][0])
         ));
     }
-    let of = &data.reference.name;
-    let noun = &data.words.noun;
-    sentences.extend(match (best.interval, data.reference.is_none(), best.is_reference) {
-        (None, ..) => Some("How much of this is chance is not known: see the warnings.".to_owned())
-            .filter(|_| !best.is_reference),
-        (_, _, true) => None,
-        (Some((low, high)), true, _) => {
+    let (of, noun) = (&data.reference.name, &data.words.noun);
+    sentences.extend(match (best.interval, data.reference.is_none()) {
+        _ if best.is_reference => None,
+        (None, _) => Some("How much of this is chance is not known: see the warnings.".to_owned()),
+        (Some((low, high)), true) => {
             let [low, high] = [low, high].map(|v| with_unit(&data.words, v));
             Some(format!("With 95% certainty its mean {noun} is between {low} and {high}."))
         }
-        (Some((low, high)), false, _) => {
+        (Some((low, high)), false) => {
             let (low, high) = (change(low.max(0.0)), change(high.max(0.0)));
             let within = match (low.strip_suffix(" less"), high.strip_suffix(" less")) {
                 (Some(_), Some(_)) if low == high => format!("about {high}"),
@@ -177,19 +129,19 @@ fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
     if let Some(lead) = &data.lead {
         let few = data.manifest.identity.evaluation_seeds.len() < FEW_SEEDS;
         let verdict = match (lead.interval.0 > 0.0, few) {
-            (true, false) => "is more than chance explains".to_owned(),
+            (true, false) => "is more than chance explains",
             (true, true) => {
-                "is more than chance explains, but with so few seeds this is only rough".to_owned()
+                "is more than chance explains, but with so few seeds this is only rough"
             }
-            (false, _) => "may be chance: it is open which of the two is better".to_owned(),
+            (false, _) => "may be chance: it is open which of the two is better",
         };
         sentences.push(format!("Its lead on the next, {}, {verdict}.", lead.runner_up));
         sentences.extend(decisive_points::sentence(data));
     }
     if let Some(common) = &data.common {
-        let order: Vec<String> = (common.methods.iter())
-            .map(|m| format!("{} {}", m.method, m.overall.map_or_else(String::new, format::score)))
-            .collect();
+        let score = |m: &MethodSummary| m.overall.map_or_else(String::new, format::score);
+        let order: Vec<String> =
+            common.methods.iter().map(|m| format!("{} {}", m.method, score(m))).collect();
         let which = match text::only_dropped_lack(data) {
             true => "that dropped out",
             false => "without results on some point MDPs",
@@ -201,128 +153,15 @@ fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
         ));
     }
     let tuned = text::once(data, false);
-    if let (false, Some(m)) = (best.is_reference, tuned.iter().find(|m| **m == best.method)) {
+    if !best.is_reference && tuned.contains(&best.method.as_str()) {
+        let m = &best.method;
         sentences.push(format!("Not included: {m} was tuned only once per point MDP."));
     }
     sentences
 }
 
-/// Says on how much of the family each method is the best, and on how much that is open.
-fn wins(data: &Report) -> Vec<String> {
-    let identity = &data.manifest.identity;
-    let winner = |p: &PointSummary| data.winners[p.index].as_ref();
-    let contested = |p: &PointSummary| winner(p).is_some_and(|w| w.runner_up.is_some());
-    if !data.points.iter().any(contested) {
-        return Vec::new();
-    }
-    let known = data.winners.iter().flatten().any(|w| w.lead.is_some());
-    let instance = &data.words.instance;
-    let mut best: Vec<(usize, f64, FamilyShare)> = (0..identity.methods.len())
-        .map(|m| {
-            let is_won = |p: &PointSummary| {
-                contested(p) && winner(p).is_some_and(|w| w.best == m && (!known || w.is_decided))
-            };
-            let weight = data.points.iter().filter(|p| is_won(p)).map(|p| p.weight).sum();
-            (m, weight, data.extent(is_won))
-        })
-        .filter(|(.., extent)| !extent.is_none())
-        .collect();
-    best.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let named = best.iter().enumerate().map(|(i, (m, _, extent))| {
-        let much = match i {
-            0 => extent.in_words(instance, format::percent),
-            _ => extent.alone(format::percent),
-        };
-        format!("{} on {much}", identity.methods[*m])
-    });
-    let named: Vec<String> = named.collect();
-    if !known {
-        return vec![format!("{}. With one seed each of these may be chance.", named.join(", "))];
-    }
-    let open = data.extent(|p| contested(p) && winner(p).is_some_and(|w| !w.is_decided));
-    let unknown = data.extent(|p| !contested(p));
-    let mut sentences = Vec::new();
-    if !named.is_empty() {
-        sentences.push(format!("Surely the best: {}.", named.join(", ")));
-    }
-    sentences.push(match open.is_none() {
-        true if !unknown.is_none() => "It is decided wherever two methods have results.".to_owned(),
-        true => "It is decided on all.".to_owned(),
-        false => {
-            format!("Undecided: {}.", open.in_words(instance, format::percent))
-        }
-    });
-    if !unknown.is_none() {
-        sentences.push(format!(
-            "Not known: {}, where fewer than two methods have results.",
-            unknown.in_words(instance, format::percent)
-        ));
-    }
-    sentences
-}
-
-/// Says where the best method is bad.
-fn fails(data: &Report, best: &MethodSummary) -> Vec<String> {
-    let Words { instance, noun, sizes, .. } = &data.words;
-    let mut sentences = Vec::new();
-    let unknown = data.without_result(best.index);
-    sentences.extend(unknown.map(|extent| {
-        let lacks = extent.in_words(instance, format::percent);
-        format!("{} has no result on {lacks}; these are not included here.", best.method)
-    }));
-    let known = if unknown.is_some() { " where it has results" } else { "" };
-    if !data.reference.is_none() && !best.is_reference {
-        let worse = data.extent(|p| {
-            let score = p.results[best.index].as_ref().and_then(|r| r.score);
-            score.is_some_and(|score| data.direction().is_worse(score, 1.0))
-        });
-        sentences.push(match worse.is_none() {
-            true => {
-                format!("{} is nowhere worse than {}{known}.", best.method, data.reference.name)
-            }
-            false => format!(
-                "{} is worse than {} on {}.",
-                best.method,
-                data.reference.name,
-                worse.in_words(instance, format::percent)
-            ),
-        });
-    }
-    sentences.extend(data.sections.says(About::Fails, data));
-    let fails = |p: &PointSummary| data.fails(p, best.index);
-    if let Some(limit) =
-        data.failure.as_ref().filter(|_| data.points.iter().any(|p| fails(p).is_some()))
-    {
-        let extent = data.extent(|p| fails(p) == Some(true));
-        let what = format!(
-            "{} on average counts as a failure",
-            format::capitalised(&limit_in_words(limit))
-        );
-        sentences.push(match extent.is_none() {
-            true => format!("{what}: {} fails nowhere{known}.", best.method),
-            false => format!(
-                "{what}: {} fails on {}.",
-                best.method,
-                extent.in_words(instance, format::percent)
-            ),
-        });
-    }
-    let worst = data
-        .results_of(best.index)
-        .max_by(|a, b| data.direction().compare(a.1.objective, b.1.objective));
-    if let Some((point, result)) = worst {
-        let most = if data.direction().is_lower() { sizes[2].as_str() } else { "worst" };
-        sentences.push(format!(
-            "The {most} {noun}: {} on {}.",
-            with_unit(&data.words, result.objective),
-            data.title_of(&point.row.point)
-        ));
-    }
-    sentences
-}
-
-/// Says what was evaluated, and under which conditions.
-fn basis(data: &Report, best: &MethodSummary) -> String {
+/// Says what was evaluated, under which conditions, and by which policies.
+fn basis(data: &Report, best: &MethodSummary) -> Vec<String> {
     let identity = &data.manifest.identity;
     let (chosen, size) = (data.points.len(), identity.sample.family_size);
     let seeds = format::count(identity.evaluation_seeds.len(), "evaluation seed");
@@ -342,51 +181,10 @@ fn basis(data: &Report, best: &MethodSummary) -> String {
     };
     let conditions = data.sections.says(About::Conditions, data).unwrap_or_default();
     let (scenario, simulator) = (&identity.scenario, &identity.simulator);
-    format!("{points} of {scenario}{stands}, {seeds} each, with {simulator}{so_far}.{conditions}")
-}
-
-/// Says what a sample has too much or too little of.
-fn misses(data: &Report) -> Vec<String> {
-    if data.is_whole() {
-        return Vec::new();
-    }
-    let mut sentences: Vec<String> = data.sections.says(About::Misses, data).into_iter().collect();
-    sentences.push(match &data.design {
-        Some(design) => unlike(data, design).unwrap_or_else(|| {
-            "The features of the point MDPs have no names, so the sample cannot be compared with the family."
-                .to_owned()
-        }),
-        None => "The run has no list of the whole family, so it is not known what else the sample does not cover."
-            .to_owned(),
-    });
+    let mut sentences = vec![format!(
+        "{points} of {scenario}{stands}, {seeds} each, with {simulator}{so_far}.{conditions}"
+    )];
+    sentences.extend(policies::sentences(data));
+    sentences.extend(text::growth(data));
     sentences
-}
-
-/// Says in which feature the weighted sample differs most from the family, in standard deviations of the family;
-/// `None` where what describes point MDPs is not their features.
-fn unlike(data: &Report, design: &Design) -> Option<String> {
-    let columns = &data.manifest.identity.features;
-    if design.points.iter().any(|p| p.describing.len() != columns.len()) {
-        return None;
-    }
-    let most = (0..columns.len()).filter_map(|f| {
-        let family = || design.points.iter().map(|p| (p.importance, p.describing[f]));
-        let mean = weighted_mean(family())?;
-        let variance = weighted_mean(family().map(|(w, x)| (w, (x - mean).powi(2))))?;
-        let sample = data.points.iter().map(|p| {
-            let row = design.position(&p.row.point).map(|row| &design.points[row]);
-            (p.weight, row.map_or(mean, |row| row.describing[f]))
-        });
-        let sample = weighted_mean(sample)?;
-        (variance > 0.0).then(|| (f, sample, mean, (sample - mean).abs() / variance.sqrt()))
-    });
-    let (f, sample, mean, off) = most.max_by(|a, b| a.3.total_cmp(&b.3))?;
-    Some(format!(
-        "The feature that differs most from the family is \u{201c}{}\u{201d}: on average {} in the sample, {} in the \
-         family ({} of its standard deviation).",
-        format::feature_label(&columns[f]),
-        format::feature(sample),
-        format::feature(mean),
-        format::percent(off)
-    ))
 }

@@ -1,14 +1,11 @@
-//! The tables of a report: `scores.csv` with one row per task, `summary.csv` with one per method,
-//! `episodes.csv` with one per episode, `training.csv` with one per task of a learner.
+//! The tables of a report: `scores.csv` with one row per task, `episodes.csv` with one per episode, `training.csv` with one per task of a learner.
 //!
 //! A cell is empty where nothing was measured; it is never 0 for that reason. The last column of tables with
 //! a column `point` is its `title`, where point MDPs are called otherwise than by their ids.
 
 use super::sections::Table;
 use super::whole::Report;
-use crate::analysis::{
-    EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary, TuningSummary,
-};
+use crate::analysis::{EpisodeSummary, TaskScore, TrainingSummary};
 use crate::store::record::{Metrics, Outcome, Row};
 use basics::plain::cell;
 
@@ -94,15 +91,6 @@ fn score_row(data: &Report, row: &TaskScore, names: &[String]) -> Vec<String> {
     cells
 }
 
-/// Returns the names of the summaries beside the overall performance, each with an interval; those of regimes
-/// follow.
-fn summaries(data: &Report) -> &'static [&'static str] {
-    match data.reference.is_none() {
-        true => &["median"],
-        false => &["ratio_of_means", "median", "geometric_mean"],
-    }
-}
-
 /// Returns the names of the columns that summarise evaluation episodes.
 fn of_episodes(data: &Report) -> Vec<String> {
     let objective = &data.manifest.identity.objective;
@@ -121,81 +109,6 @@ fn episode_cells(data: &Report, e: &EpisodeSummary) -> Vec<String> {
     let spread = [e.median, e.worst, e.median_relative, e.worst_relative];
     let relative = if data.reference.is_none() { 2 } else { 4 };
     e.shares.iter().copied().chain(spread.into_iter().take(relative)).map(number).collect()
-}
-
-/// Returns `summary.csv`: one row per method, best first.
-pub(super) fn summary(data: &Report) -> String {
-    let identity = &data.manifest.identity;
-    let objective = identity.objective.clone();
-    let names = names(data, Table::Summary);
-    let header = ["method", "rank", "overall", "overall_low", "overall_high", &objective]
-        .map(str::to_owned)
-        .into_iter()
-        .chain(names.clone())
-        .chain(["worst_point", "worst_score", "points", "failed", "missing"].map(str::to_owned))
-        .chain(["sampling", "budget", "family_size", "evaluation_seeds"].map(str::to_owned))
-        .chain(["against".to_owned()])
-        .chain(
-            summaries(data)
-                .iter()
-                .copied()
-                .chain(data.regimes.iter().map(|regime| regime.name))
-                .flat_map(|s| [s.to_owned(), format!("{s}_low"), format!("{s}_high")]),
-        )
-        .chain(data.sections.summary_columns(data).into_iter().map(|(name, _)| name.to_owned()))
-        .chain(of_episodes(data))
-        .chain(
-            ["iqm", "iqm_low", "iqm_high", "points_tuned", "points_not_improved"]
-                .map(str::to_owned),
-        )
-        .collect::<Vec<_>>();
-    table(&header, data.methods.iter().map(|m| summary_row(data, m, &names)))
-}
-
-fn summary_row(data: &Report, m: &MethodSummary, names: &[String]) -> Vec<String> {
-    let identity = &data.manifest.identity;
-    let mut cells = vec![
-        m.method.clone(),
-        m.rank.map_or_else(String::new, |r| r.to_string()),
-        number(m.overall),
-        number(m.interval.map(|i| i.0)),
-        number(m.interval.map(|i| i.1)),
-        number(m.objective),
-    ];
-    cells.extend(cells_of(names, &m.metrics));
-    cells.extend([
-        m.worst.as_ref().map_or_else(String::new, |w| w.0.clone()),
-        number(m.worst.as_ref().map(|w| w.1)),
-        m.points.to_string(),
-        m.failed.to_string(),
-        m.missing.to_string(),
-        data.sampling().to_owned(),
-        identity.sample.budget.to_string(),
-        identity.sample.family_size.to_string(),
-        identity.evaluation_seeds.len().to_string(),
-        data.reference.name.clone(),
-    ]);
-    let s = &m.summaries;
-    let of_scores = match data.reference.is_none() {
-        true => vec![s.median],
-        false => vec![s.ratio_of_means, s.median, s.geometric_mean],
-    };
-    for summary in of_scores.iter().chain(&s.by_regime) {
-        cells.extend(with_interval(*summary));
-    }
-    cells.extend(data.sections.summary_columns(data).into_iter().map(|(_, cell)| cell));
-    cells.extend(episode_cells(data, &m.episodes));
-    cells.extend(with_interval(s.interquartile_mean));
-    let tuning = |of: fn(TuningSummary) -> usize| {
-        m.tuning.map_or_else(String::new, |tuning| of(tuning).to_string())
-    };
-    cells.extend([tuning(|t| t.points), tuning(|t| t.kept)]);
-    cells
-}
-
-fn with_interval(summary: Option<Estimated>) -> [String; 3] {
-    let interval = summary.and_then(|s| s.interval);
-    [summary.map(|s| s.value), interval.map(|i| i.0), interval.map(|i| i.1)].map(number)
 }
 
 /// Returns `episodes.csv`: one row per episode of training and evaluation, in the order of the plan.

@@ -3,14 +3,14 @@
 use minijinja::value::merge_maps;
 use minijinja::{HtmlEscape, Value, context};
 
-use super::answers::{Answer, answers};
-use super::csv::events;
+use super::answers::answers;
 use super::curves::common_points;
 use super::divisor::baseline_in_full;
 use super::error::ReportError;
 use super::figure::Figure;
 use super::figures::{label, shown};
 use super::headline::{headline, lead};
+use super::methods::ranking;
 use super::page::render;
 use super::provenance::{CITATIONS, hashes, provenance, settings};
 use super::sections::{About, Metric, Part, Slot, Table};
@@ -18,10 +18,7 @@ use super::traces::FEW_TRAININGS;
 use super::whole::{Report, Runs};
 use super::words::Words;
 use super::{all, format, summaries, sure, text};
-use crate::analysis::{
-    EpisodeSummary, Estimated, LAST_EPISODES, LearnerSummary, MethodSummary, SMOOTHED_OVER,
-    TaskScore,
-};
+use crate::analysis::{EpisodeSummary, Estimated, MethodSummary, SMOOTHED_OVER, TaskScore};
 use crate::stats::bootstrap::RESAMPLES;
 use crate::store::manifest::{FeatureColumn, PointRow};
 
@@ -53,18 +50,15 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
     let figure = |name: &str| figures.iter().find(|f| f.name == name).map(|f| f.svg.clone());
     let metrics = data.sections.metrics(Table::Ranking, data);
     let heading = |m: &Metric| vec![m.heading.clone(), m.unit.clone()];
-    let [_, reported] = data.sections.training_columns();
     context! {
         headline => headline(data),
         runs => data.runs.as_ref().map(runs),
-        answers => answers(data).iter().map(answer).collect::<Vec<_>>(),
+        answers => answers(data),
         lead => lead(data),
         warnings => text::warnings(data),
         evaluated => text::evaluated(data),
         disagree => summaries::disagreements(data).len(),
         metrics => metrics.iter().map(heading).collect::<Vec<_>>(),
-        reported => reported.to_vec(),
-        last => LAST_EPISODES,
         best => data.best().map(|m| m.method.clone()),
         methods => data.methods.iter().map(|m| method(data, m, &metrics)).collect::<Vec<_>>(),
         names => data.methods.iter().map(|m| shown(data, &m.method)).collect::<Vec<_>>(),
@@ -83,7 +77,6 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         units => units(data),
         regimes => data.regimes.iter().map(|r| r.heading.to_vec()).collect::<Vec<_>>(),
         shares => data.shares.iter().map(|s| s.heading.to_vec()).collect::<Vec<_>>(),
-        events => events(data).map(|(i, _)| data.shares[i].heading.to_vec()).collect::<Vec<_>>(),
         failures => data.failed().take(FAILURE_ROWS).map(|r| failure(data, r)).collect::<Vec<_>>(),
         failed => data.failed().count(),
         without_reference => data.methods.iter().map(|m| m.without_reference).max().unwrap_or(0),
@@ -95,12 +88,7 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
 /// Returns the runs that are compared, and what differs between them.
 fn runs(runs: &Runs) -> Value {
     let names: Vec<&str> = runs.sources.iter().map(|(name, ..)| name.as_str()).collect();
-    context! { names => names.join(", "), differences => runs.differences.clone() }
-}
-
-/// Returns a question with its answer.
-fn answer(a: &Answer) -> Value {
-    context! { question => a.question, sentences => a.sentences.clone() }
+    context! { names => names.join(", "), differences => runs.differences.clone(), repeated => runs.repeated.clone() }
 }
 
 /// Returns what things are called, and which way is better.
@@ -158,7 +146,6 @@ fn said(data: &Report, parts: &[Part]) -> Value {
             summaries => says(About::ApplySummaries),
             spread => says(About::ApplySpread),
             training => says(About::ApplyTraining),
-            features => says(About::ApplyFeatures),
         },
         body => of(Slot::Body),
         notes => of(Slot::Notes),
@@ -275,12 +262,13 @@ fn further_values(data: &Report) -> Option<Value> {
 }
 
 /// Returns the comparison on the point MDPs that all methods have; undefined when all are ranked.
-fn common(data: &Report) -> Option<Value> {
+fn common(data: &Report) -> Option<String> {
     let common = data.common.as_ref()?;
-    Some(context! {
-        title => text::common_title(data),
-        methods => common.methods.iter().map(|m| method(data, m, &[])).collect::<Vec<_>>(),
-    })
+    let caption = format!(
+        "{} the fair comparison while some methods have no results on some point MDPs. Weights are scaled to sum to 1.",
+        text::common_title(data)
+    );
+    Some(ranking(data, &common.methods, common.points).html(&caption))
 }
 
 /// Returns the table of trainings; undefined without learners.
@@ -288,45 +276,26 @@ fn training(data: &Report) -> Option<Value> {
     let learners = data.learners();
     let curves: Vec<_> = learners.iter().filter(|l| l.scored > 0).collect();
     let points = common_points(data).len();
+    let figures = match data.reference.is_none() {
+        true => format!("Figures but counts and time are values of {}", data.words.noun),
+        false => format!("All figures but counts and time are relative to {}", data.reference.name),
+    };
+    let caption = format!(
+        "Trainings: each is one learner on one point MDP, once. {figures}; {}. Median and worst: scores of trainings. Every \
+         training: training.csv.",
+        data.better()
+    );
     (!learners.is_empty()).then(|| {
         context! {
-            rows => learners.iter().map(|l| learner(data, l)).collect::<Vec<_>>(),
+            table => text::trainings(data).html(&caption),
             single => curves.len() < 2,
             points,
             few => FEW_TRAININGS,
             smoothed => SMOOTHED_OVER,
             validated => learners.iter().any(|l| l.validated > 0),
             failed => learners.iter().map(|l| l.failed).sum::<usize>(),
-            events => data.shares.iter().filter_map(|s| s.event).collect::<Vec<_>>().join(" or "),
         }
     })
-}
-
-fn learner(data: &Report, l: &LearnerSummary<'_>) -> Value {
-    let score = |v: Option<f64>| v.map_or_else(dash, format::score);
-    let m = l.method;
-    context! {
-        name => m.method.as_str(),
-        planned => l.planned,
-        scored => l.scored,
-        failed => l.failed,
-        diverged => l.diverged,
-        episodes => l.episodes,
-        overall => m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
-        last_policy => score(l.last_policy),
-        replaced => l.replaced,
-        best => score(l.best_episode),
-        last => score(l.last_episodes),
-        worse => l.worse.unwrap_or(0),
-        with_event => events(data)
-            .map(|(i, _)| l.with_share[i].map_or_else(dash, |n| n.to_string()))
-            .collect::<Vec<_>>(),
-        events => events(data).map(|(i, _)| share(m.episodes.shares[i])).collect::<Vec<_>>(),
-        evaluated => episodes(&m.episodes, &data.words),
-        median => score(l.median),
-        worst => score(l.worst),
-        time => l.wall_s.map_or_else(dash, format::duration),
-    }
 }
 
 /// Returns the point MDPs with the worst objective under the best method.

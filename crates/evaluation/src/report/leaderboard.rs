@@ -11,7 +11,7 @@ use crate::stats::Direction;
 const ABOVE: &str = "\
 # Leaderboard
 
-This page shows how all published methods rank on each family, and how sure that is. `tsc-family leaderboard` made it from the records;
+This page shows how all published methods rank on each family, and how sure that is. `tsc-family compare --leaderboard` made it from the records;
 do not edit it.
 
 - **Score**: the estimate over all point MDPs of the family, with its 95% interval. A run on a sample has the estimate and the interval

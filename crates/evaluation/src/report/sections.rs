@@ -20,10 +20,6 @@ pub enum About {
     Conditions,
     /// What the best method gains in units that people in the field count in: first page.
     Gain,
-    /// Where the best method fails by the field's own rules: first page.
-    Fails,
-    /// What a sample has too much or too little of: first page.
-    Misses,
     /// How the regimes of the baseline share the family: within a caption.
     Regimes,
     /// What few point MDPs may hold most of: first paragraph of the further summaries.
@@ -46,8 +42,6 @@ pub enum About {
     ApplySpread,
     /// The same, below the learning curves.
     ApplyTraining,
-    /// The same, below the dependence on features.
-    ApplyFeatures,
     /// What even the best method cannot help: above the worst point MDPs.
     Worst,
     /// Caption of the table of the worst point MDPs.
@@ -197,7 +191,7 @@ pub trait Sections: std::fmt::Debug + Sync {
     }
 
     /// Returns a text; `None` where there is nothing to say. All but those of the first page, from
-    /// [`About::Headline`] to [`About::Misses`], are HTML, in which names are to be escaped.
+    /// [`About::Headline`] to [`About::Gain`], are HTML, in which names are to be escaped.
     fn says(&self, about: About, data: &Analysis) -> Option<String> {
         let _ = (about, data);
         None

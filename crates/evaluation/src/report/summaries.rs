@@ -2,7 +2,7 @@
 
 use super::figures::shown;
 use super::format;
-use super::plain_table::Cells;
+use super::table::{Cell, Columns, Table};
 use super::whole::Report;
 use crate::analysis::{Estimated, MethodSummary};
 use crate::stats::Direction;
@@ -11,22 +11,31 @@ use crate::stats::Direction;
 const EQUAL: f64 = 0.005;
 
 /// Returns the further summaries of the methods that have an estimate, in the order of the ranking.
-pub(super) fn table(data: &Report) -> Cells {
-    let rows = data.methods.iter().filter(|m| m.overall.is_some()).map(|m| row(data, m));
-    let of_scores: &[&str] = match data.reference.is_none() {
-        true => &["median"],
-        false => &["ratio", "median", "geometric"],
-    };
-    let header: Vec<String> = ["method"]
-        .into_iter()
-        .chain(of_scores.iter().copied())
-        .chain(data.regimes.iter().map(|regime| regime.short))
-        .chain(data.shares.iter().map(|share| share.short))
-        .chain(["worst"])
-        .map(str::to_owned)
-        .collect();
-    let right: Vec<usize> = (1..header.len()).collect();
-    Cells { header, right, rows: rows.collect() }
+pub(super) fn table(data: &Report) -> Table {
+    let value = |e: Option<Estimated>| Cell::number(e.map(|e| e.value), format::score);
+    let absolute = data.reference.is_none();
+    let mut columns =
+        Columns::new().text("", "method", |m: &&MethodSummary| shown(data, &m.method));
+    if !absolute {
+        columns = columns.shown("ratio", move |m| value(m.summaries.ratio_of_means));
+    }
+    columns = columns.shown("median", move |m| value(m.summaries.median));
+    if !absolute {
+        columns = columns.shown("geometric", move |m| value(m.summaries.geometric_mean));
+    }
+    for (i, regime) in data.regimes.iter().enumerate() {
+        let of = move |m: &&MethodSummary| value(m.summaries.by_regime.get(i).copied().flatten());
+        columns = columns.shown(regime.short, of);
+    }
+    for (i, share) in data.shares.iter().enumerate() {
+        let of = move |m: &&MethodSummary| Cell::number(m.episodes.shares[i], format::percent);
+        columns = columns.shown(share.short, of);
+    }
+    columns = columns.shown("worst", move |m| {
+        let e = &m.episodes;
+        Cell::number(if absolute { e.worst } else { e.worst_relative }, format::score)
+    });
+    columns.table(data.methods.iter().filter(|m| m.overall.is_some()))
 }
 
 /// Returns what the columns of the table mean, a line or two.
@@ -52,20 +61,6 @@ pub(super) fn legend(data: &Report) -> String {
         ),
     });
     lines.join(";\n")
-}
-
-fn row(data: &Report, m: &MethodSummary) -> Vec<String> {
-    let dash = || "-".to_owned();
-    let value = |e: Option<Estimated>| e.map_or_else(dash, |e| format::score(e.value));
-    let share = |s: Option<f64>| s.map_or_else(dash, format::percent);
-    let (s, e) = (&m.summaries, &m.episodes);
-    let mut cells = vec![shown(data, &m.method)];
-    cells.extend(summaries(data, m).into_iter().map(|(_, e)| value(e)));
-    cells.extend(s.by_regime.iter().copied().map(value));
-    cells.extend(e.shares.iter().copied().map(share));
-    let worst = if data.reference.is_none() { e.worst } else { e.worst_relative };
-    cells.push(worst.map_or_else(dash, format::score));
-    cells
 }
 
 /// Returns a sentence per method that some summaries call better and others worse than the

@@ -4,9 +4,9 @@ use minijinja::{Value, context};
 
 use super::error::ReportError;
 use super::figure::Figure;
-use super::figures::{label, shown};
+use super::figures::label;
 use super::page::render;
-use super::plain_table::Cells;
+use super::table::{Cell, Columns, Table};
 use super::whole::Report;
 use super::{format, text};
 use crate::analysis::{Decided, FEWEST_SEEDS_FOR_PLACES, Pair};
@@ -40,7 +40,18 @@ fn values(data: &Report, figures: &[Figure]) -> Value {
     let pairs = &data.comparison.pairs;
     let many = pairs.len() > MOST_PAIRS;
     let neighbours = |p: &&Pair| !many || p.second == p.first + 1;
-    let rows = |pairs: Vec<&Pair>| pairs.into_iter().map(|p| row(data, p)).collect::<Vec<_>>();
+    let met = &data.words.met;
+    let caption = match many {
+        true => format!(
+            "Neighbours in the ranking: the lead of a method over the next one, on the same point MDPs and {met}. All {} \
+             pairs are below and in pairs.csv.",
+            pairs.len()
+        ),
+        false => format!(
+            "Every pair of methods, the better one first, with its lead on the same point MDPs and {met}. Full precision: \
+             pairs.csv."
+        ),
+    };
     context! {
         answer => answer(data),
         covers => covers(data),
@@ -51,69 +62,50 @@ fn values(data: &Report, figures: &[Figure]) -> Value {
         profiles => figure("profiles"),
         is_relative => !data.reference.is_none(),
         of => data.reference.in_short(),
-        pairs => rows(pairs.iter().filter(neighbours).collect()),
-        all_pairs => if many { rows(pairs.iter().collect()) } else { Vec::new() },
+        pairs => self::pairs(data, pairs.iter().filter(neighbours)).html(&caption),
+        all_pairs => many.then(|| {
+            self::pairs(data, pairs).html("Every pair of methods, the better one first.")
+        }),
         count => pairs.len(),
-        points_differ => pairs.iter().any(|p| p.points != data.points.len()),
-        chosen => data.points.len(),
         left_out => data.unranked().map(|m| m.method.clone()).collect::<Vec<_>>().join(", "),
     }
 }
 
-fn row(data: &Report, p: &Pair) -> Value {
-    let name = |m: usize| label(data, &data.methods[m]);
-    let plain = |m: usize| shown(data, &data.methods[m].method);
-    let share = |value: f64| format::percent(value);
-    let (ahead, interval) = format::lead(p.ahead.value, p.ahead.interval);
-    context! {
-        first => name(p.first),
-        second => name(p.second),
-        ahead,
-        interval,
-        improvement => share(p.improvement.value),
-        improvement_interval => p.improvement.interval
-            .map(|(low, high)| (share(low), share(high)))
-            .filter(|(low, high)| low != high)
-            .map(|(low, high)| format!("{low} to {high}")),
-        points => p.points,
-        decided => match p.decided() {
-            Decided::First => plain(p.first),
-            Decided::Second => plain(p.second),
-            Decided::Open => "open".to_owned(),
-            Decided::Unknown => "\u{2013}".to_owned(),
-        },
-        is_decided => matches!(p.decided(), Decided::First | Decided::Second),
-    }
-}
-
-/// Returns all pairs with their differences, for papers; `None` where there are none.
-pub(super) fn pairs(data: &Report) -> Option<Cells> {
-    let name = |m: usize| shown(data, &data.methods[m].method);
-    let dash = || "-".to_owned();
-    let share =
-        |(low, high): (f64, f64)| format!("{} to {}", format::percent(low), format::percent(high));
-    let row = |p: &Pair| {
-        let (ahead, interval) = format::lead(p.ahead.value, p.ahead.interval);
-        vec![
-            name(p.first),
-            name(p.second),
-            ahead,
-            interval.unwrap_or_else(dash),
-            format::percent(p.improvement.value),
-            p.improvement.interval.map_or_else(dash, share),
-            match p.decided() {
-                Decided::First => name(p.first),
-                Decided::Second => name(p.second),
-                Decided::Open => "open".to_owned(),
-                Decided::Unknown => dash(),
-            },
-        ]
+/// Returns pairs of methods with their differences.
+pub(super) fn pairs<'a>(data: &'a Report, pairs: impl IntoIterator<Item = &'a Pair>) -> Table {
+    let pairs: Vec<&Pair> = pairs.into_iter().collect();
+    let name = |m: usize| data.methods[m].method.clone();
+    let range = |(low, high): (f64, f64)| {
+        (low != high).then(|| format!("{} to {}", format::percent(low), format::percent(high)))
     };
-    let rows: Vec<Vec<String>> = data.comparison.pairs.iter().map(row).collect();
-    let header =
-        ["method", "other", "ahead by", "95% interval", "improvement", "95% interval", "better"];
-    let header = header.map(str::to_owned).to_vec();
-    (!rows.is_empty()).then(|| Cells { header, right: (2..6).collect(), rows })
+    let better = move |p: &&Pair| match p.decided() {
+        Decided::First => name(p.first),
+        Decided::Second => name(p.second),
+        Decided::Open => "open".to_owned(),
+        Decided::Unknown => String::new(),
+    };
+    let differ = pairs.iter().any(|p| p.points != data.points.len());
+    let columns = Columns::new()
+        .text("method", "", move |p: &&Pair| name(p.first))
+        .text("other", "", move |p| name(p.second))
+        .text("", "method", |p| label(data, &data.methods[p.first]))
+        .text("", "other", |p| label(data, &data.methods[p.second]))
+        .column("points", if differ { "point MDPs" } else { "" }, |p| Cell::count(p.points))
+        .column("ahead", "ahead by", |p| {
+            let (ahead, interval) = format::lead(p.ahead.value, p.ahead.interval);
+            Cell::number(p.ahead.value, |_| ahead).above(interval)
+        })
+        .file("ahead_low", |p| Cell::exact(p.ahead.interval.map(|i| i.0)))
+        .file("ahead_high", |p| Cell::exact(p.ahead.interval.map(|i| i.1)))
+        .column("improvement", "probability of improvement", move |p| {
+            let below = p.improvement.interval.and_then(range);
+            Cell::number(p.improvement.value, format::percent).above(below)
+        })
+        .file("improvement_low", |p| Cell::exact(p.improvement.interval.map(|i| i.0)))
+        .file("improvement_high", |p| Cell::exact(p.improvement.interval.map(|i| i.1)))
+        .text("better", "better", better)
+        .text("against", "", |_| data.reference.name.clone());
+    columns.table(pairs)
 }
 
 /// Says who is first and how sure that is, and which pairs are open.

@@ -2,7 +2,8 @@
 
 use super::divisor::baseline_in_full;
 use super::figures::shown;
-use super::plain_table::Cells;
+use super::methods::ranking;
+use super::table::{Cell, Columns, Table};
 use super::whole::Report;
 use super::{decisive_points, format, policies, summaries};
 use crate::analysis::{LearnerSummary, MethodSummary};
@@ -22,7 +23,7 @@ pub fn table(data: &Report) -> String {
         };
         text.push_str(&format!("Scores against {}{not}:\n\n", data.reference.name));
     }
-    text.push_str(&ranking(data, &data.methods, data.points.len()).plain());
+    text.push_str(&data.ranking().plain());
     if data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference) {
         text.push_str(&format!(
             "\n\n{}\n\n{}",
@@ -44,81 +45,25 @@ pub(super) fn common_title(data: &Report) -> String {
     format!("On the {n} that all {} methods with results finished:", common.methods.len())
 }
 
-/// Returns the ranking of methods over some point MDPs.
-pub(super) fn ranking(data: &Report, methods: &[MethodSummary], points: usize) -> Cells {
-    let mut header = ["rank", "method", "score", "95% interval"].map(str::to_owned).to_vec();
-    // Without a reference the score is the objective.
-    header.extend((!data.reference.is_none()).then(|| data.words.column()));
-    header.extend(["worst", "points", "failed"].map(str::to_owned));
-    let right: Vec<usize> = (0..header.len()).filter(|column| *column != 1).collect();
-    Cells { header, right, rows: methods.iter().map(|m| row(data, m, points)).collect() }
-}
-
-/// Returns the learners with their trainings; `None` without learners.
-pub(super) fn trainings(data: &Report) -> Option<Cells> {
-    let score = |v: Option<f64>| v.map_or_else(|| "-".to_owned(), format::score);
-    let learners = data.learners();
+/// Returns the learners with their trainings.
+pub(super) fn trainings(data: &Report) -> Table {
+    let score = |v: Option<f64>| Cell::number(v, format::score);
     let [_, [best, last]] = data.sections.training_columns();
-    let rows = format!("{}s", data.words.row);
-    let header = [
-        "learner",
-        "trainings",
-        "failed",
-        rows.as_str(),
-        "score",
-        "last policy",
-        best,
-        last,
-        "median",
-        "worst",
-        "time",
-    ];
-    let row = |l: &LearnerSummary<'_>| {
-        vec![
-            shown(data, &l.method.method),
-            format!("{}/{}", l.scored, l.planned),
-            l.failed.to_string(),
-            l.episodes.to_string(),
-            l.method
-                .overall
-                .map_or_else(|| "-".to_owned(), |v| format::score_within(v, l.method.interval)),
-            score(l.last_policy),
-            score(l.best_episode),
-            score(l.last_episodes),
-            score(l.median),
-            score(l.worst),
-            l.wall_s.map_or_else(|| "-".to_owned(), format::duration),
-        ]
-    };
-    let rows: Vec<Vec<String>> = learners.iter().map(row).collect();
-    let header: Vec<String> = header.map(str::to_owned).to_vec();
-    (!rows.is_empty()).then(|| Cells { right: (1..header.len()).collect(), header, rows })
-}
-
-fn row(data: &Report, m: &MethodSummary, points: usize) -> Vec<String> {
-    let dash = || "-".to_owned();
-    let objective =
-        (!data.reference.is_none()).then(|| m.objective.map_or_else(dash, |v| data.words.value(v)));
-    let mut cells = vec![
-        m.rank.map_or_else(dash, |r| r.to_string()),
-        if m.is_reference { data.reference.marked() } else { shown(data, &m.method) },
-        m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
-        match m.interval {
-            _ if m.is_reference && m.overall.is_some() => "by definition".to_owned(),
-            Some(i) => format::interval(i),
-            None => dash(),
-        },
-    ];
-    cells.extend(objective);
-    cells.extend([
-        match &m.worst {
-            Some((_, score)) if !m.is_reference => format::score(*score),
-            _ => dash(),
-        },
-        format!("{}/{points}", m.points),
-        m.failed.to_string(),
-    ]);
-    cells
+    let columns = Columns::new()
+        .text("", "learner", |l: &LearnerSummary<'_>| shown(data, &l.method.method))
+        .shown("trainings", |l| Cell::text(format!("{}/{}", l.scored, l.planned)))
+        .shown("failed", |l| Cell::count(l.failed))
+        .shown(format!("{}s", data.words.row), |l| Cell::text(l.episodes.to_string()))
+        .shown("score", |l| {
+            Cell::number(l.method.overall, |v| format::score_within(v, l.method.interval))
+        })
+        .shown("last policy", |l| score(l.last_policy))
+        .shown(best, |l| score(l.best_episode))
+        .shown(last, |l| score(l.last_episodes))
+        .shown("median", |l| score(l.median))
+        .shown("worst", |l| score(l.worst))
+        .shown("time", |l| Cell::number(l.wall_s, format::duration));
+    columns.table(data.learners())
 }
 
 /// Returns what a reader of the ranking must know: what is missing, what is not in the interval, and

@@ -1,15 +1,13 @@
-//! Models away from home, for terminals, as tables and as a heat map.
+//! Models away from home, as a table and as a heat map.
 
 use std::path::{Path, PathBuf};
 
-use super::csv::{number, table};
 use super::figure::{Figure, WIDTH};
 use super::format;
-use super::latex;
 use super::palette::{ORDERED, UNKNOWN, ink_on};
-use super::plain_table::Cells;
 use super::svg::{Anchor, Canvas, INK, MUTED, TextStyle, text_width};
-use crate::analysis::transfer::{Cell, Group, NEAR, Transfer};
+use super::table::{self, Columns, Table};
+use crate::analysis::transfer::{Cell, Group, Moved, Transfer};
 use basics::files::{FileError, make_folder_beneath, write_atomically};
 
 /// Scores at which the colours of the heat map change; 1 is the baseline.
@@ -40,115 +38,46 @@ pub struct Written {
     pub figure: PathBuf,
 }
 
-/// Writes tables and heat map to a folder.
+/// Writes table and heat map to a folder.
 ///
 /// # Arguments
 ///
 /// * `root` — the folder itself or one above it, beneath which nothing is written through links.
-/// * `family` — what the family is called.
 ///
 /// # Errors
 ///
 /// [`FileError`] when the folder cannot be written or the disk is full.
-pub fn write(
-    root: &Path,
-    folder: &Path,
-    data: &Transfer,
-    family: &str,
-) -> Result<Written, FileError> {
+pub fn write(root: &Path, folder: &Path, data: &Transfer) -> Result<Written, FileError> {
     make_folder_beneath(root, folder)?;
     let transfer = folder.join("transfer.csv");
-    write_atomically(&transfer, csv(data).as_bytes())?;
-    write_atomically(&folder.join("summary.csv"), summary_csv(data).as_bytes())?;
-    let about = format!("Models on other point MDPs of {family} than that of their training");
-    let latex = latex::table(&about, &cells(data));
-    write_atomically(&folder.join("transfer.tex"), latex.as_bytes())?;
+    write_atomically(&transfer, table(data).csv().as_bytes())?;
     let figure = heat_map(data).write(folder)?;
     Ok(Written { transfer, figure })
 }
 
-/// Returns the table for terminals: how models do elsewhere.
-pub fn text(data: &Transfer) -> String {
-    cells(data).plain()
-}
-
-fn cells(data: &Transfer) -> Cells {
-    let near = format!("within {} of own training", format::percent(NEAR));
-    let header = ["method", "trained on", "elsewhere", &near, "median", "score"];
-    let rows = data.models().map(|(group, model)| {
-        let beside = |(model, own): (f64, f64)| {
-            format!("{} ({OWN} {})", format::score(model), format::score(own))
-        };
-        let mut row = vec![group.method.clone(), model.origin.point.clone()];
-        let others = data.points.iter().filter(|point| **point != model.origin.point).count();
-        match &model.elsewhere {
-            None => row.extend([format!("0 of {others}"), "-".into(), "-".into(), "-".into()]),
-            Some(elsewhere) => row.extend([
-                format!("{} of {others}", elsewhere.points),
-                format::percent(elsewhere.near),
-                beside(elsewhere.median),
-                beside(elsewhere.score),
-            ]),
-        }
-        row
-    });
-    Cells {
-        header: header.map(str::to_owned).to_vec(),
-        right: vec![2, 3, 4, 5],
-        rows: rows.collect(),
-    }
-}
-
-/// Returns `transfer.csv`: a row per model and point MDP.
-fn csv(data: &Transfer) -> String {
-    let header = [
-        "method", "trained_on", "evaluated_on", "weight", "score", "own_training", "ratio",
-        "reason",
-    ];
-    let rows = data.models().flat_map(|(group, model)| {
-        data.points.iter().enumerate().map(move |(p, point)| {
-            let (score, own) = (model.cells[p].score(), group.own[p]);
-            let ratio =
-                score.zip(own).filter(|(_, own)| *own != 0.0).map(|(score, own)| score / own);
-            let reason =
-                if let Cell::Failed(reason) = &model.cells[p] { reason.as_str() } else { "" };
-            vec![
-                group.method.clone(),
-                model.origin.point.clone(),
-                point.clone(),
-                data.weights[p].to_string(),
-                number(score),
-                number(own),
-                number(ratio),
-                reason.to_owned(),
-            ]
-        })
-    });
-    table(&header, rows)
-}
-
-/// Returns `summary.csv`: a row per model.
-fn summary_csv(data: &Transfer) -> String {
-    let header = [
-        "method", "trained_on", "points", "covered", "near_own_training", "median",
-        "own_training_median", "score", "own_training_score",
-    ];
-    let rows = data.models().map(|(group, model)| {
-        let e = model.elsewhere.as_ref();
-        let of = |value: fn(&crate::analysis::transfer::Elsewhere) -> f64| number(e.map(value));
-        vec![
-            group.method.clone(),
-            model.origin.point.clone(),
-            e.map_or(0, |e| e.points).to_string(),
-            of(|e| e.covered),
-            of(|e| e.near),
-            of(|e| e.median.0),
-            of(|e| e.median.1),
-            of(|e| e.score.0),
-            of(|e| e.score.1),
-        ]
-    });
-    table(&header, rows)
+/// Returns a row per model and point MDP.
+pub fn table(data: &Transfer) -> Table {
+    type Row<'a> = (&'a Group, &'a Moved, usize);
+    let own = |(group, _, p): &Row<'_>| group.own[*p];
+    let score = |(_, model, p): &Row<'_>| model.cells[*p].score();
+    let ratio = move |row: &Row<'_>| {
+        score(row).zip(own(row)).filter(|(_, own)| *own != 0.0).map(|(score, own)| score / own)
+    };
+    let reason = |(_, model, p): &Row<'_>| match &model.cells[*p] {
+        Cell::Failed(reason) => reason.clone(),
+        Cell::Score(_) | Cell::Missing => String::new(),
+    };
+    let columns = Columns::new()
+        .text("method", "", |(group, ..): &Row<'_>| group.method.clone())
+        .text("trained_on", "", |(_, model, _)| model.origin.point.clone())
+        .text("evaluated_on", "", |(.., p)| data.points[*p].clone())
+        .file("weight", |(.., p)| table::Cell::exact(data.weights[*p]))
+        .file("score", move |row| table::Cell::exact(score(row)))
+        .file("own_training", move |row| table::Cell::exact(own(row)))
+        .file("ratio", move |row| table::Cell::exact(ratio(row)))
+        .text("reason", "", reason);
+    let of_model = |(group, model)| (0..data.points.len()).map(move |p| (group, model, p));
+    columns.table(data.models().flat_map(of_model))
 }
 
 /// A row of the heat map.

@@ -34,6 +34,8 @@ pub struct Runs {
     pub(super) sources: Vec<(String, String, Arc<Manifest>)>,
     /// What differs between them, and how much that matters, a sentence each.
     pub differences: Vec<String>,
+    /// How many episodes are equal of methods that several runs have, a sentence each.
+    pub repeated: Vec<String>,
 }
 
 impl Deref for Report {
@@ -68,8 +70,9 @@ impl Report {
         let mut report = Self::new(&joined.results, sections);
         let differences = differences(&report, &joined);
         let of = |s: Source| (s.name, s.path, s.results.manifest);
+        let repeated = joined.repeated;
         let sources = joined.sources.into_iter().map(of).collect();
-        report.runs = Some(Runs { sources, differences });
+        report.runs = Some(Runs { sources, differences, repeated });
         report
     }
 

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::error::ReportError;
 use super::models::write_models;
-use super::plain_table::Cells;
+use super::table::Table;
 use super::whole::Report;
-use super::{compared, csv, curves, figures, html, latex, profiles, ranks, summaries, sure, text};
+use super::{compared, csv, curves, figures, html, profiles, ranks, summaries, sure, text};
 use crate::store::Layout;
 use basics::files::{make_folder_beneath, write_atomically};
 
@@ -81,13 +81,13 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
     }
     for (name, about, cells) in for_papers(data) {
         let path = folder.join(name);
-        write_atomically(&path, latex::table(&about, &cells).as_bytes())?;
+        write_atomically(&path, cells.latex(&about).as_bytes())?;
         paths.latex.push(path);
     }
     write_atomically(&paths.scores, csv::scores(data).as_bytes())?;
     let tables = [
-        ("summary.csv", Some(csv::summary(data))),
-        ("pairs.csv", Some(compared::pairs(data))),
+        ("summary.csv", Some(data.ranking().csv())),
+        ("pairs.csv", Some(sure::pairs(data, &data.comparison.pairs).csv())),
         ("ranks.csv", Some(compared::ranks(data))),
         ("profiles.csv", Some(compared::profiles(data))),
         ("episodes.csv", Some(csv::episodes(data))),
@@ -106,34 +106,26 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
 }
 
 /// Returns the tables that are written in LaTeX: name of the file, what it is a table of, and its cells.
-fn for_papers(data: &Report) -> Vec<(&'static str, String, Cells)> {
+fn for_papers(data: &Report) -> Vec<(&'static str, String, Table)> {
     let (of, relative) = (&data.manifest.identity.scenario, data.relative());
     let noun = &data.words.noun;
     let better = data.better();
-    let ranking = text::ranking(data, &data.methods, data.points.len());
     let mut tables = vec![(
         "ranking.tex",
         format!("Methods on {of} by overall performance: {noun}{relative}; {better}"),
-        ranking,
+        data.ranking(),
     )];
     if data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference) {
         let about = format!("Further summaries of the methods on {of}, of {noun}{relative}");
         tables.push(("summaries.tex", about, summaries::table(data)));
     }
-    let pairs = sure::pairs(data).map(|pairs| {
-        let about = format!(
-            "Methods on {of} two at a time: by how much one is ahead, and how often it is better"
-        );
-        ("pairs.tex", about, pairs)
-    });
-    let trainings = text::trainings(data).map(|trainings| {
-        (
-            "training.tex",
-            format!("Trainings of the learners on {of}, of {noun}{relative}"),
-            trainings,
-        )
-    });
-    tables.extend(pairs.into_iter().chain(trainings));
+    let of_pairs = format!(
+        "Methods on {of} two at a time: by how much one is ahead, and how often it is better"
+    );
+    let of_trainings = format!("Trainings of the learners on {of}, of {noun}{relative}");
+    tables.push(("pairs.tex", of_pairs, sure::pairs(data, &data.comparison.pairs)));
+    tables.push(("training.tex", of_trainings, text::trainings(data)));
+    tables.retain(|(.., table)| !table.is_empty());
     tables
 }
 

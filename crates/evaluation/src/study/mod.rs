@@ -7,13 +7,11 @@
 //!
 //! Source: Jayawardana et al. (NeurIPS 2022), section "Evaluate DRL methods on a family of MDPs" and appendix.
 
-mod cases;
 mod cell;
 mod engine;
 mod kind;
 mod recorded;
 
-pub use cases::{Case, CaseStudy, study_cases};
 pub use cell::Cell;
 pub use engine::{StudyPlan, study};
 pub use kind::Kind;

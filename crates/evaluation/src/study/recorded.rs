@@ -290,45 +290,6 @@ impl Recorded {
         Ok(())
     }
 
-    /// Returns the same with another importance, such as what a researcher asks about or a case of a sensitivity analysis.
-    ///
-    /// # Arguments
-    ///
-    /// * `importance` — in the order of [`Self::family`]; divided by its sum.
-    ///
-    /// # Errors
-    ///
-    /// [`StudyError::Family`] when that is no distribution.
-    pub fn with_importance(&self, importance: &[f64]) -> Result<Self, StudyError> {
-        let total: f64 = importance.iter().sum();
-        let mut points = self.family.points.clone();
-        for (point, p) in points.iter_mut().zip(importance) {
-            point.importance = p / total;
-        }
-        let features = self.family.features.clone();
-        let family = MdpFamily::new(&self.family.name, features, points, &self.family.name)?;
-        let positions = self.family.points.iter().enumerate();
-        let positions: HashMap<&str, usize> = positions.map(|(i, p)| (p.id.as_str(), i)).collect();
-        let order: Vec<usize> =
-            family.points.iter().filter_map(|p| positions.get(p.id.as_str()).copied()).collect();
-        let of = |values: &[f64]| order.iter().map(|i| values[*i]).collect::<Vec<f64>>();
-        let methods = self.methods.iter().map(|m| RecordedMethod {
-            name: m.name.clone(),
-            learns: m.learns,
-            objectives: order.iter().map(|i| m.objectives[*i].clone()).collect(),
-            scores: of(&m.scores),
-            cost_s: order.iter().map(|i| m.cost_s[*i]).collect(),
-        });
-        let inputs = self.inputs.iter().map(|(input, values)| (input.clone(), of(values)));
-        Ok(Self {
-            direction: self.direction,
-            methods: methods.collect(),
-            lacking: self.lacking.clone(),
-            inputs: inputs.collect(),
-            family,
-        })
-    }
-
     /// Returns the overall performance of a method.
     pub fn truth(&self, method: &RecordedMethod) -> f64 {
         self.family.points.iter().zip(&method.scores).map(|(p, s)| p.importance * s).sum()
