@@ -1,13 +1,12 @@
 //! `tsc-family list`: the family, one line per point MDP, or its features beside the paper's.
 
-use std::fmt::Write;
-
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use super::output::line;
 use super::scenario::ScenarioArg;
 use crate::cli::exit;
-use crate::family::MdpFamily;
+use crate::family::{MdpFamily, PointMdp};
+use crate::report::table::{Cell, Columns, Table};
 use crate::traffic::family::features::six_features;
 use crate::traffic::family::load::LoadedScenario;
 
@@ -49,102 +48,75 @@ pub struct ListArgs {
 }
 
 pub(super) fn run(args: &ListArgs) -> anyhow::Result<u8> {
+    let settings = args.scenario.settings();
     if let Some(entry) = args.scenario.entry()? {
-        let problem = (entry.load)(&args.scenario.scenario, &args.scenario.settings())?;
-        return other(args, problem.family());
+        let problem = (entry.load)(&args.scenario.scenario, &settings)?;
+        print(args, problem.family(), None)?;
+        return Ok(exit::DONE);
     }
-    let loaded = args.scenario.signals(&args.scenario.settings())?;
-    if args.warnings {
-        for doubt in &loaded.doubts {
-            line(doubt.full())?;
-        }
-    } else if args.json {
-        for text in json_lines(&loaded.family, Instances::Intersections) {
-            line(text)?;
-        }
-    } else if args.features {
-        line(features(&loaded))?;
-    } else {
-        line(table(&loaded.family, Instances::Intersections) + imputed(&loaded).as_str())?;
+    let loaded = args.scenario.signals(&settings)?;
+    match args.warnings {
+        true => loaded.doubts.iter().try_for_each(|doubt| line(doubt.full()))?,
+        false => print(args, &loaded.family, Some(&loaded))?,
     }
     Ok(exit::DONE)
 }
 
-/// What point MDPs stand for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Instances {
-    /// Real intersections.
-    Intersections,
-    /// Nothing but themselves.
-    None,
-}
-
-/// Lists a family of another domain than traffic signals.
-fn other(args: &ListArgs, family: &MdpFamily) -> anyhow::Result<u8> {
+/// Prints a family.
+///
+/// # Arguments
+///
+/// * `loaded` — what it was made of, for traffic signals: its point MDPs stand for real intersections.
+fn print(
+    args: &ListArgs,
+    family: &MdpFamily,
+    loaded: Option<&LoadedScenario>,
+) -> anyhow::Result<()> {
+    let imputed = loaded.map(imputed).unwrap_or_default();
     if args.json {
-        for text in json_lines(family, Instances::None) {
-            line(text)?;
+        for row in points(family, loaded.is_some()).json() {
+            line(Value::Object(row).to_string())?;
         }
-    } else if args.features {
-        let mut text = format!("{:18}{:24}{:>20}", "feature", "unit", "point MDPs");
-        for (feature, (mean, sd)) in family.features.iter().zip(family.moments()) {
-            write!(text, "\n{:18}{:24}{:>20}", feature.name, feature.unit, mean_sd(mean, sd))
-                .expect("writing to a string cannot fail");
-        }
-        line(text + "\nmean (standard deviation); point MDPs weighted by importance")?;
-    } else {
-        line(table(family, Instances::None))?;
+        return Ok(());
     }
-    Ok(exit::DONE)
-}
-
-fn json_lines(family: &MdpFamily, instances: Instances) -> impl Iterator<Item = String> {
-    family.points.iter().map(move |point| {
-        let mut object = Map::new();
-        object.insert("point".into(), point.id.clone().into());
-        if point.title != point.id {
-            object.insert("name".into(), point.title.clone().into());
-        }
-        object.insert("importance".into(), point.importance.into());
-        if instances == Instances::Intersections {
-            object.insert("intersections".into(), point.instances.into());
-        }
-        for (feature, value) in family.features.iter().zip(&point.features) {
-            object.insert(feature.name.clone(), (*value).into());
-        }
-        Value::Object(object).to_string()
-    })
-}
-
-fn table(family: &MdpFamily, instances: Instances) -> String {
-    let real = instances == Instances::Intersections;
-    let id_width = family.points.iter().map(|p| p.id.len()).max().unwrap_or(0).max(5);
-    let mut text = format!("{:id_width$}  importance", "point");
-    if real {
-        text.push_str("  intersections");
-    }
-    for feature in &family.features {
-        write!(text, "  {}", feature.name).expect("writing to a string cannot fail");
-    }
-    for point in &family.points {
-        write!(text, "\n{:id_width$}  {:>10.4}", point.id, point.importance)
-            .expect("writing to a string cannot fail");
-        if real {
-            write!(text, "  {:>13}", point.instances).expect("writing to a string cannot fail");
-        }
-        for (feature, value) in family.features.iter().zip(&point.features) {
-            write!(text, "  {:>width$}", short(*value), width = feature.name.len())
-                .expect("writing to a string cannot fail");
-        }
-        if point.title != point.id && real {
-            write!(text, "  {}", point.title).expect("writing to a string cannot fail");
-        }
+    if args.features {
+        return Ok(line(format!("{}{imputed}", features(family, loaded)))?);
     }
     let count: u64 = family.points.iter().map(|p| u64::from(p.instances)).sum();
-    let of = if real { format!(" of {count} intersections") } else { String::new() };
-    write!(text, "\n{} point MDPs{of} in scenario {}", family.points.len(), family.name)
-        .expect("writing to a string cannot fail");
-    text
+    let of = loaded.map(|_| format!(" of {count} intersections")).unwrap_or_default();
+    Ok(line(format!(
+        "{}\n{} point MDPs{of} in scenario {}{imputed}",
+        points(family, loaded.is_some()).plain(),
+        family.points.len(),
+        family.name
+    ))?)
+}
+
+/// Returns a row per point MDP.
+///
+/// # Arguments
+///
+/// * `real` — whether they stand for real intersections.
+fn points(family: &MdpFamily, real: bool) -> Table {
+    let mut columns = Columns::<&PointMdp>::new().text("point", "point", |p| p.id.clone()).column(
+        "importance",
+        "importance",
+        |p| Cell::number(p.importance, |v| format!("{v:.4}")),
+    );
+    if real {
+        let instances = |p: &&PointMdp| Cell::count(p.instances as usize);
+        columns = columns.column("intersections", "intersections", instances);
+    }
+    for (i, feature) in family.features.iter().enumerate() {
+        let value = move |p: &&PointMdp| Cell::number(p.features[i], short);
+        columns = columns.column(&feature.name, &feature.name, value);
+    }
+    let is_other = |p: &PointMdp| p.title != p.id;
+    if family.points.iter().any(is_other) {
+        let title = move |p: &&PointMdp| if is_other(p) { p.title.clone() } else { String::new() };
+        columns = columns.text("name", if real { "name" } else { "" }, title);
+    }
+    columns.table(&family.points)
 }
 
 /// Says how many approaches have no count of their own, if there are any.
@@ -165,29 +137,25 @@ fn short(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-fn features(loaded: &LoadedScenario) -> String {
-    let family = &loaded.family;
-    let source = raw_moments(loaded);
+/// Returns mean and standard deviation of each feature; for signals beside the intersections and the paper.
+fn features(family: &MdpFamily, loaded: Option<&LoadedScenario>) -> String {
+    let (moments, source) = (family.moments(), loaded.and_then(raw_moments));
+    let of = |moments: Option<&(f64, f64)>| moments.map(|m| mean_sd(*m)).unwrap_or_default();
+    let mut columns = Columns::<usize>::new()
+        .text("feature", "feature", |f| family.features[*f].name.clone())
+        .text("unit", "unit", |f| family.features[*f].unit.clone())
+        .shown("point MDPs", |f| Cell::text(of(moments.get(*f))));
+    if let Some(source) = &source {
+        columns = columns.shown("intersections", |f| Cell::text(of(source.get(*f))));
+    }
     let with_paper = family.name == "salt-lake-city";
-    let mut text = format!("{:18}{:24}{:>20}", "feature", "unit", "point MDPs");
-    if source.is_some() {
-        write!(text, "{:>20}", "intersections").expect("writing to a string cannot fail");
-    }
     if with_paper {
-        write!(text, "{:>20}", "paper").expect("writing to a string cannot fail");
+        let of = |name: &str| PAPER.iter().find(|(feature, _)| *feature == name);
+        columns = columns.shown("paper", move |f| {
+            Cell::text(of(&family.features[*f].name).map_or("", |(_, moments)| moments))
+        });
     }
-    for (i, (feature, (mean, sd))) in family.features.iter().zip(family.moments()).enumerate() {
-        write!(text, "\n{:18}{:24}{:>20}", feature.name, feature.unit, mean_sd(mean, sd))
-            .expect("writing to a string cannot fail");
-        if let Some(source) = &source {
-            let (mean, sd) = source[i];
-            write!(text, "{:>20}", mean_sd(mean, sd)).expect("writing to a string cannot fail");
-        }
-        let paper = PAPER.iter().find(|(name, _)| with_paper && *name == feature.name);
-        if let Some((_, paper)) = paper {
-            write!(text, "{paper:>20}").expect("writing to a string cannot fail");
-        }
-    }
+    let mut text = columns.table(0..family.features.len()).plain();
     text.push_str("\nmean (standard deviation); point MDPs weighted by importance");
     if with_paper {
         text.push_str(
@@ -195,11 +163,10 @@ fn features(loaded: &LoadedScenario) -> String {
              measured in EPSG:3395 (see length_scale).",
         );
     }
-    text.push_str(&imputed(loaded));
     text
 }
 
-fn mean_sd(mean: f64, sd: f64) -> String {
+fn mean_sd((mean, sd): (f64, f64)) -> String {
     let digits = if mean.abs() >= 100.0 { 0 } else { 2 };
     format!("{mean:.digits$} ({sd:.digits$})")
 }
@@ -230,9 +197,7 @@ mod tests {
     #[test]
     fn a_json_line_has_the_features_by_name() {
         let family = load("smoke").unwrap().family;
-        let first: Value =
-            serde_json::from_str(&json_lines(&family, Instances::Intersections).next().unwrap())
-                .unwrap();
+        let first = points(&family, true).json().remove(0);
         assert_eq!(first["point"], "quiet");
         assert_eq!(first["importance"], 0.75);
         assert_eq!(first["intersections"], 3);

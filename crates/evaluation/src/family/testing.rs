@@ -8,11 +8,6 @@ pub(crate) fn city() -> MdpFamily {
     grid("city", 164, 0.97)
 }
 
-/// Returns a family with the point MDPs of [`city`] and another importance.
-pub(crate) fn other_city() -> MdpFamily {
-    grid("other-city", 164, 0.99)
-}
-
 /// Returns a family of two point MDPs.
 pub(crate) fn pair() -> MdpFamily {
     grid("pair", 2, 0.5)
