@@ -8,7 +8,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::angle::mirrored_deg;
-use super::extract::{Extract, Place};
+use super::extract::Extract;
 
 /// The side of the street that traffic keeps to.
 #[derive(
@@ -29,26 +29,21 @@ impl DrivingSide {
         *self == Self::Right
     }
 
-    /// Returns the side of an extract: as somebody says, else right; `None` where it may as well be left.
+    /// Returns the side of an extract: as somebody says, or that of its place; `None` where it may be either.
     pub fn of(extract: &Extract, said: Option<Self>) -> Option<Self> {
         let signal = extract.signals.first().map(|signal| signal.place);
-        let place =
-            signal.or_else(|| (0..extract.nodes.len()).find_map(|n| extract.nodes.place(n)));
-        let inside = |[south, west, north, east]: &[f64; 4], place: Place| {
-            (*south..=*north).contains(&place.latitude())
-                && (*west..=*east).contains(&place.longitude())
+        let node = || (0..extract.nodes.len()).find_map(|n| extract.nodes.place(n));
+        let (y, x) = signal.or_else(node).map_or((0.0, 0.0), |p| (p.latitude(), p.longitude()));
+        let lies_in = |boxes: &[[f64; 4]]| {
+            let inside = |[south, west, north, east]: &[f64; 4]| {
+                (south..=north).contains(&&y) && (west..=east).contains(&&x)
+            };
+            boxes.iter().any(inside)
         };
-        let may_be_left = place.is_some_and(|place| WITH_LEFT.iter().any(|b| inside(b, place)));
-        said.or_else(|| (!may_be_left).then_some(Self::Right))
-    }
-
-    /// Returns the other side.
-    #[must_use]
-    pub fn other(self) -> Self {
-        match self {
-            Self::Right => Self::Left,
-            Self::Left => Self::Right,
-        }
+        said.or_else(|| match lies_in(&LEFT) {
+            true => Some(Self::Left),
+            false => (!lies_in(&EITHER)).then_some(Self::Right),
+        })
     }
 
     /// Returns the word that settings use: `right` or `left`.
@@ -78,32 +73,39 @@ impl DrivingSide {
     }
 }
 
-/// Boxes (south, west, north, east, degrees) outside of which traffic keeps to the right everywhere. Within them it keeps
-/// to the left, or there are countries of both.
+/// Boxes (south, west, north, east, degrees) in which traffic keeps to the left.
 ///
 /// Source: <https://en.wikipedia.org/wiki/Left-_and_right-hand_traffic>, as of 2024.
-const WITH_LEFT: [[f64; 4]; 21] = [
-    [49.8, -11.0, 61.0, 1.8],       // British Isles
-    [49.1, -2.8, 49.8, -1.9],       // Channel Islands
-    [35.7, 14.1, 36.1, 14.6],       // Malta
-    [34.5, 32.2, 35.8, 34.7],       // Cyprus
-    [-1.0, 60.0, 37.1, 97.4],       // Pakistan to Bhutan, Maldives
-    [5.5, 97.3, 20.5, 105.7],       // Thailand
-    [22.1, 113.4, 22.6, 114.5],     // Hong Kong, Macau
-    [-56.0, 95.0, 7.5, 180.0],      // Malaysia to New Zealand
-    [-50.0, -180.0, 5.0, -150.0],   // Samoa to the Cook Islands
-    [-26.0, -131.0, -23.0, -124.0], // Pitcairn
-    [24.0, 122.9, 46.0, 154.0],     // Japan
-    [-36.0, 11.7, 5.1, 42.0],       // Kenya to South Africa
-    [-20.6, 45.9, -3.0, 64.0],      // Seychelles, Mauritius
-    [-41.0, -15.0, -7.0, -5.0],     // Saint Helena
-    [20.8, -80.5, 27.4, -71.0],     // Bahamas, Turks and Caicos Islands
-    [17.6, -81.5, 19.8, -76.1],     // Jamaica, Cayman Islands
-    [10.0, -65.2, 18.8, -59.3],     // Virgin Islands to Trinidad
-    [1.1, -61.5, 8.7, -53.9],       // Guyana, Suriname
-    [32.2, -65.0, 32.5, -64.6],     // Bermuda
-    [-53.0, -61.6, -50.9, -57.6],   // Falkland Islands
-    [-55.0, -38.5, -53.9, -35.5],   // South Georgia
+const LEFT: [[f64; 4]; 17] = [
+    [49.8, -11.0, 61.0, 1.8],     // British Isles
+    [49.1, -2.8, 49.8, -1.9],     // Channel Islands
+    [35.7, 14.1, 36.1, 14.6],     // Malta
+    [34.5, 32.2, 35.8, 34.7],     // Cyprus
+    [6.0, 68.0, 27.9, 92.0],      // India to Bangladesh, Sri Lanka
+    [27.9, 74.5, 32.6, 78.5],     // Northern India
+    [-50.0, 95.0, -0.5, 154.0],   // Indonesia, Papua New Guinea, Australia
+    [-0.5, 95.0, 7.0, 119.0],     // Malaysia, Singapore
+    [7.0, 98.8, 14.8, 101.9],     // Thailand
+    [-48.0, 166.0, -34.0, 179.0], // New Zealand
+    [30.0, 129.6, 46.0, 146.0],   // Japan
+    [22.15, 113.8, 22.5, 114.5],  // Hong Kong
+    [-11.7, 31.0, 3.0, 41.0],     // Uganda to Tanzania
+    [-35.0, 16.0, -17.8, 36.0],   // Namibia to Mozambique, South Africa
+    [17.6, -78.5, 18.6, -76.1],   // Jamaica
+    [32.2, -65.0, 32.5, -64.6],   // Bermuda
+    [-55.0, -61.6, -50.9, -57.6], // Falkland Islands
+];
+
+/// Boxes outside of [`LEFT`] with countries of both sides.
+const EITHER: [[f64; 4]; 8] = [
+    [-1.0, 60.0, 37.1, 97.4],     // Pakistan to Myanmar
+    [-56.0, 95.0, 22.6, 180.0],   // Macau to Fiji
+    [24.0, 122.9, 46.0, 154.0],   // Islands of Japan
+    [-50.0, -180.0, 5.0, -124.0], // Samoa to Pitcairn
+    [-36.0, -15.0, 5.1, 64.0],    // Saint Helena to Mauritius
+    [10.0, -79.4, 27.4, -59.3],   // Bahamas to Trinidad
+    [1.1, -61.5, 8.7, -53.9],     // Guyana, Suriname
+    [17.6, -81.5, 19.8, -79.4],   // Cayman Islands
 ];
 
 impl fmt::Display for DrivingSide {
@@ -115,40 +117,42 @@ impl fmt::Display for DrivingSide {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::extract::SignalNode;
+    use crate::extract::{Place, SignalNode};
     use crate::tags::SignalTags;
 
     #[test]
     fn left_hand_traffic_is_right_hand_traffic_in_the_mirror() {
         assert_eq!(DrivingSide::Right.bearing_deg(90.0), 90.0);
         assert_eq!(DrivingSide::Left.swapped((1, 2)), (2, 1));
-        assert_eq!(DrivingSide::Left.other(), DrivingSide::Right);
     }
 
     #[test]
-    fn where_traffic_may_keep_to_the_left_the_side_has_to_be_said() {
-        for (latitude, longitude, side) in [
-            (40.76, -111.89, Some(DrivingSide::Right)),
-            (50.95, 1.86, Some(DrivingSide::Right)),
-            (51.51, -0.13, None),
-            (-33.87, 151.21, None),
-            (35.68, 139.76, None),
-            (28.61, 77.21, None),
-            (-1.29, 36.82, None),
+    fn the_place_tells_the_side_unless_it_is_said_or_may_be_either() {
+        let (left, right) = (Some(DrivingSide::Left), Some(DrivingSide::Right));
+        for (city, latitude, longitude, side) in [
+            ("Salt Lake City", 40.76, -111.89, right),
+            ("Miami", 25.77, -80.19, right),
+            ("Calais", 50.95, 1.86, right),
+            ("Seoul", 37.57, 126.98, right),
+            ("Beijing", 39.9, 116.4, right),
+            ("London", 51.51, -0.13, left),
+            ("Sydney", -33.87, 151.21, left),
+            ("Auckland", -36.85, 174.76, left),
+            ("Tokyo", 35.68, 139.76, left),
+            ("Delhi", 28.61, 77.21, left),
+            ("Bangkok", 13.76, 100.5, left),
+            ("Nairobi", -1.29, 36.82, left),
+            ("Cape Town", -33.92, 18.42, left),
+            ("Manila", 14.6, 120.98, None),
+            ("Lahore", 31.55, 74.34, None),
+            ("Kigali", -1.94, 30.06, None),
+            ("San Juan", 18.47, -66.1, None),
         ] {
             let place = Place::from_degrees(latitude, longitude).unwrap();
             let signals = vec![SignalNode { id: 1, place, tags: SignalTags::default() }];
             let extract = Extract { signals, ..Extract::default() };
-            assert_eq!(DrivingSide::of(&extract, None), side, "{latitude}");
-            let left = Some(DrivingSide::Left);
+            assert_eq!(DrivingSide::of(&extract, None), side, "{city}");
             assert_eq!(DrivingSide::of(&extract, left), left);
         }
-    }
-
-    #[test]
-    fn right_hand_traffic_is_what_settings_leave_out() {
-        assert!(DrivingSide::default().is_right());
-        assert_eq!(serde_json::to_string(&DrivingSide::Left).unwrap(), "\"left\"");
-        assert_eq!(DrivingSide::Left.to_string(), "left");
     }
 }

@@ -198,11 +198,6 @@ impl Extract {
         let timed = || self.restrictions.iter().filter(|r| r.when.is_some());
         (timed().filter(|r| r.holds(time_of_day)).count(), timed().count())
     }
-
-    /// Removes ways, such as those of a class that a setting leaves out.
-    pub fn retain_ways(&mut self, keep: impl Fn(&Way) -> bool) {
-        self.ways.retain(keep);
-    }
 }
 
 #[cfg(test)]

@@ -42,7 +42,7 @@ pub struct StreetSettings {
     pub motorway_links: bool,
     /// Lanes per direction by highway class.
     pub default_lanes: BTreeMap<Highway, u8>,
-    /// Side of the street that traffic keeps to; has to be said where it may be the left one.
+    /// Side of the street that traffic keeps to; by default that of the place, which has to be said where it may be either.
     pub driving_side: Option<DrivingSide>,
     /// Distance from the junction within which the best tagged piece of a leg gives its lanes,
     /// metres: ways are often split shortly before the stop line, and the last bit left untagged.

@@ -35,7 +35,7 @@ fn found(case: &Path) -> Found {
     let config = case.join("config.toml");
     let config = if config.exists() { settings(&config) } else { Settings::default() };
     let side = config.streets.driving_side.unwrap_or_default();
-    extract.retain_ways(|way| config.streets.is_street(way.street.highway));
+    extract.ways.retain(|way| config.streets.is_street(way.street.highway));
     mirror::found(&Graph::new(&extract), &config, &[], side).0
 }
 

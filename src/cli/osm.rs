@@ -43,7 +43,7 @@ pub struct OsmArgs {
     /// Settings of the derivation, TOML
     #[arg(long, value_name = "FILE", requires = "osm")]
     pub config: Option<PathBuf>,
-    /// Side of the street that traffic keeps to [default: right, where no country nearby has left]
+    /// Side of the street that traffic keeps to [default: that of the place]
     #[arg(long, value_name = "SIDE", requires = "osm", value_parser = side_parser())]
     pub driving_side: Option<DrivingSide>,
     /// Six features per intersection, or its real arms [default: per-approach]

@@ -84,7 +84,8 @@ fn longitudes(value: &impl std::fmt::Debug) -> Vec<i32> {
 
 fn assert_mirrored(name: &str, extract: &Extract, mirror: &Extract, settings: &Settings) -> usize {
     let side = settings.streets.driving_side.unwrap_or_default();
-    let (a, b) = (city(extract, settings, side), city(mirror, settings, side.other()));
+    let other = if side.is_right() { DrivingSide::Left } else { DrivingSide::Right };
+    let (a, b) = (city(extract, settings, side), city(mirror, settings, other));
     assert_eq!(mirrored(&rows(&a, settings)), rows(&b, settings), "{name}");
     let skipped = |city: &City, sign: i32| -> Vec<_> {
         let all = city.survey().found.skipped.iter();

@@ -153,7 +153,6 @@ fn what_cannot_become_a_family_is_refused_with_the_reason() {
         (&four("--signals no.json"), "a FeatureCollection of points is needed"),
         (&four("--boundary=-76,40,-75.5,41"), "1 outside the boundary"),
         (&four("--set family.detail=six-features"), "family.detail"),
-        (&command("left_hand_divided", ""), "give --driving-side left or right"),
         (&command("crossing_signals_alone", ""), "no signal (highway=traffic_signals)"),
         (&command("all_at_border", ""), "2 at the border of the extract"),
         (&command("roundabout_with_signals", ""), "4 roundabout"),
@@ -168,10 +167,9 @@ fn what_cannot_become_a_family_is_refused_with_the_reason() {
 }
 
 #[test]
-fn left_hand_traffic_is_said_everywhere() {
+fn left_hand_traffic_is_known_by_its_place_and_said_everywhere() {
     let folder = with(&["left_hand_divided"]);
-    let more = "--detail per-approach --driving-side left";
-    let text = folder.run(&command("left_hand_divided", more));
+    let text = folder.run(&command("left_hand_divided", "--detail per-approach"));
     assert!(text.contains("traffic keeps to the left"), "{text}");
     folder.shows("city/scenario.toml", &["[network]\ndriving_side = \"left\""]);
     folder.shows("city/networks/n101/n101.net.xml", &["lefthand=\"true\""]);

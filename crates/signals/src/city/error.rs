@@ -36,9 +36,9 @@ pub enum CityError {
         /// The file.
         path: PathBuf,
     },
-    /// An extract of a region where traffic may keep to the left.
+    /// An extract of a region with traffic of both sides.
     #[error(
-        "{}: in this part of the world traffic may keep to the left; give --driving-side left or right",
+        "{}: there are countries of left-hand and of right-hand traffic in this region; give --driving-side left or right",
         .path.display()
     )]
     DrivingSide {

@@ -140,7 +140,7 @@ impl Input {
         let said = request.driving_side.or(settings.streets.driving_side);
         let side = DrivingSide::of(&extract, said)
             .ok_or_else(|| CityError::DrivingSide { path: request.extract.clone() })?;
-        extract.retain_ways(|way| settings.streets.is_street(way.street.highway));
+        extract.ways.retain(|way| settings.streets.is_street(way.street.highway));
         Ok(Self { signals, counts, boundary, side, extract, config, turning })
     }
 
