@@ -13,14 +13,13 @@ pub fn plain(text: &str) -> Cow<'_, str> {
         return Cow::Borrowed(text);
     }
     let mut safe = String::with_capacity(text.len() + 16);
-    let mut units = [0; 2];
     for letter in text.chars() {
-        if acts(letter) {
-            for unit in letter.encode_utf16(&mut units) {
-                write!(safe, "\\u{unit:04x}").expect("writing to a string cannot fail");
-            }
-        } else {
+        if !acts(letter) {
             safe.push(letter);
+            continue;
+        }
+        for unit in letter.encode_utf16(&mut [0; 2]) {
+            write!(safe, "\\u{unit:04x}").expect("writing to a string cannot fail");
         }
     }
     Cow::Owned(safe)
@@ -31,12 +30,10 @@ pub fn plain(text: &str) -> Cow<'_, str> {
 ///
 /// Source: OWASP, "CSV Injection".
 pub fn cell(text: &str) -> Cow<'_, str> {
-    let is_formula =
-        text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err();
-    match is_formula {
-        true => Cow::Owned(format!("'{}", plain(text))),
-        false => plain(text),
+    if text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err() {
+        return Cow::Owned(format!("'{}", plain(text)));
     }
+    plain(text)
 }
 
 /// Whether a character is more than a sign on the screen: control characters, those that order or embed what is
@@ -72,13 +69,5 @@ mod tests {
         for same in ["-1.5", "+3", "-inf", "a=b", "", "5-6"] {
             assert!(matches!(cell(same), Cow::Borrowed(text) if text == same), "{same}");
         }
-    }
-
-    #[test]
-    fn a_line_of_json_is_still_the_same_value() {
-        let value = serde_json::json!({"name": "a\u{202e}b\u{9b}\u{e0041}\u{7f}"});
-        let line = plain(&value.to_string()).into_owned();
-        assert!(!line.contains(acts));
-        assert_eq!(serde_json::from_str::<serde_json::Value>(&line).unwrap(), value);
     }
 }

@@ -73,16 +73,24 @@ pub struct Ranged {
 /// A section of settings.
 pub trait Section {
     /// Returns what it is about.
-    fn about(&self) -> String;
+    fn about(&self) -> String {
+        String::new()
+    }
 
     /// Returns where the defaults come from, but for settings that say otherwise.
-    fn source(&self) -> &'static str;
+    fn source(&self) -> &'static str {
+        ""
+    }
 
     /// Returns its settings, in the order of the section.
-    fn table(&self) -> &'static [Setting];
+    fn table(&self) -> &'static [Setting] {
+        &[]
+    }
 
     /// Returns the numbers among them.
-    fn ranges(&self) -> Vec<Ranged>;
+    fn ranges(&self) -> Vec<Ranged> {
+        Vec::new()
+    }
 }
 
 /// Returns a setting by its dotted name; `None` for what stands outside of sections or deeper in them.
@@ -101,23 +109,7 @@ impl NoSettings {
     pub const SETTINGS: &'static [Setting] = &[];
 }
 
-impl Section for NoSettings {
-    fn about(&self) -> String {
-        String::new()
-    }
-
-    fn source(&self) -> &'static str {
-        ""
-    }
-
-    fn table(&self) -> &'static [Setting] {
-        Self::SETTINGS
-    }
-
-    fn ranges(&self) -> Vec<Ranged> {
-        Vec::new()
-    }
-}
+impl Section for NoSettings {}
 
 /// What can have a range.
 pub trait Number {

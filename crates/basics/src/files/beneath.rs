@@ -10,7 +10,7 @@
 
 use std::fs;
 use std::io::{Error, ErrorKind};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path};
 
 use super::FileError;
 
@@ -20,12 +20,20 @@ use super::FileError;
 ///
 /// [`FileError`] naming the link, or saying that the path is not beneath the root.
 pub fn beneath(root: &Path, path: &Path) -> Result<(), FileError> {
-    for part in parts(root, path)? {
-        match fs::symlink_metadata(&part) {
-            Ok(about) if about.is_symlink() => return Err(refused(&part)),
-            // What is not there yet has nothing beneath it.
-            Err(_) => return Ok(()),
-            Ok(_) => {}
+    let wrong = |at: &Path, reason: String| {
+        Err(FileError::at("write", at)(Error::new(ErrorKind::InvalidInput, reason)))
+    };
+    let outside = || wrong(path, format!("it is not beneath {}", root.display()));
+    let Ok(below) = path.strip_prefix(root) else { return outside() };
+    let mut part = root.to_path_buf();
+    for name in below.components() {
+        let Component::Normal(name) = name else { return outside() };
+        part.push(name);
+        // What is not there yet has nothing beneath it.
+        if fs::symlink_metadata(&part).is_ok_and(|about| about.is_symlink()) {
+            let reason = "it is a link, which would lead what is written out of the folder; replace it by what it \
+                          points to, or remove it";
+            return wrong(&part, reason.to_owned());
         }
     }
     Ok(())
@@ -48,31 +56,6 @@ pub fn make_folder(folder: &Path) -> Result<(), FileError> {
 pub fn make_folder_beneath(root: &Path, folder: &Path) -> Result<(), FileError> {
     beneath(root, folder)?;
     make_folder(folder)
-}
-
-/// Returns a path and the folders between it and a root, from above.
-fn parts(root: &Path, path: &Path) -> Result<Vec<PathBuf>, FileError> {
-    let outside = || {
-        let reason = format!("it is not beneath {}", root.display());
-        FileError::at("write", path)(Error::new(ErrorKind::InvalidInput, reason))
-    };
-    let below = path.strip_prefix(root).map_err(|_| outside())?;
-    let mut parts = Vec::new();
-    let mut part = root.to_path_buf();
-    for name in below.components() {
-        match name {
-            std::path::Component::Normal(name) => part.push(name),
-            _ => return Err(outside()),
-        }
-        parts.push(part.clone());
-    }
-    Ok(parts)
-}
-
-fn refused(link: &Path) -> FileError {
-    let reason = "it is a link, which would lead what is written out of the folder; replace it by what it \
-                  points to, or remove it";
-    FileError::at("write", link)(Error::new(ErrorKind::InvalidInput, reason))
 }
 
 #[cfg(test)]

@@ -1,29 +1,23 @@
 //! Files that are either as before or complete: a draft, synced, then renamed.
 //!
 //! A process that is killed while it writes leaves its draft. Whoever writes into the same folder next
-//! removes it: drafts have a name of their own and are locked by whoever writes them.
+//! removes it after a while: drafts have a name of their own.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File, Permissions, TryLockError};
+use std::fs::{self, File, Permissions};
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::time::{Duration, SystemTime};
-
-use tempfile::NamedTempFile;
+use std::time::Duration;
 
 use super::{FileError, make_folder_beneath};
 
 /// How the names of drafts begin.
 const DRAFT: &str = ".tsc-family-draft-";
 
-/// Age from which on a draft that nobody has locked is what a killed process left behind: between making and
-/// locking one nothing happens.
-const ABANDONED: Duration = Duration::from_secs(5);
-
-/// Age from which on it is so where files cannot be locked.
-const LONG_ABANDONED: Duration = Duration::from_secs(3600);
+/// Age from which on a draft is what a killed process left behind.
+const ABANDONED: Duration = Duration::from_secs(3600);
 
 /// Folders that this process has already tidied up.
 static TIDIED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
@@ -41,7 +35,7 @@ pub fn readable() -> Permissions {
 /// [`FileError`] when the folder cannot be written; nothing is left behind.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-    write_by_way_of(parent.unwrap_or(Path::new(".")), path, bytes)
+    by_way_of(parent.unwrap_or(Path::new(".")), path, bytes).map(drop)
 }
 
 /// Writes a file beneath a root so that it is either as before or complete, with the draft in another folder
@@ -54,23 +48,11 @@ pub fn replace(root: &Path, path: &Path, drafts: &Path, bytes: &[u8]) -> Result<
     for folder in path.parent().into_iter().chain([drafts]) {
         make_folder_beneath(root, folder)?;
     }
-    write_by_way_of(drafts, path, bytes)
+    by_way_of(drafts, path, bytes).map(drop)
 }
 
-fn write_by_way_of(drafts: &Path, path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    tidy_up_once(drafts);
-    let mut draft = draft(drafts)?;
-    draft
-        .write_all(bytes)
-        .and_then(|()| draft.as_file().sync_all())
-        .map_err(FileError::at("write", path))?;
-    draft.persist(path).map_err(|e| FileError::at("write", path)(e.error))?;
-    Ok(())
-}
-
-/// Makes a file beneath a root, locked as drafts are and with this in it from the beginning, in place of what stands there:
-/// that stays as it is under any other name that it has. The draft is made in another folder beneath the root, and neither may
-/// be reached through a link.
+/// The same, of a file that may not be a link either; returns it, locked. What stood there stays as it is under any other
+/// name that it has.
 ///
 /// # Errors
 ///
@@ -81,23 +63,22 @@ pub fn new_beneath(
     drafts: &Path,
     bytes: &[u8],
 ) -> Result<File, FileError> {
+    super::beneath(root, path)?;
     for folder in path.parent().into_iter().chain([drafts]) {
         make_folder_beneath(root, folder)?;
     }
-    super::beneath(root, path)?;
-    let mut draft = draft(drafts)?;
-    draft.write_all(bytes).map_err(FileError::at("write", path))?;
-    draft.persist(path).map_err(|e| FileError::at("write", path)(e.error))
+    by_way_of(drafts, path, bytes)
 }
 
-/// Makes a draft, locked where the file system knows locks.
-fn draft(folder: &Path) -> Result<NamedTempFile, FileError> {
-    let mut builder = tempfile::Builder::new();
-    let draft = builder.prefix(DRAFT).permissions(readable()).tempfile_in(folder);
-    let draft = draft.map_err(FileError::at("create", folder))?;
-    // Without locks, age tells what was abandoned.
+fn by_way_of(drafts: &Path, path: &Path, bytes: &[u8]) -> Result<File, FileError> {
+    tidy_up_once(drafts);
+    let draft = tempfile::Builder::new().prefix(DRAFT).permissions(readable()).tempfile_in(drafts);
+    let mut draft = draft.map_err(FileError::at("create", drafts))?;
+    // Some file systems know no locks.
     let _ = draft.as_file().try_lock();
-    Ok(draft)
+    let written = draft.write_all(bytes).and_then(|()| draft.as_file().sync_all());
+    written.map_err(FileError::at("write", path))?;
+    draft.persist(path).map_err(|e| FileError::at("write", path)(e.error))
 }
 
 /// Removes drafts that killed processes left in a folder, once per process and folder.
@@ -106,25 +87,12 @@ fn tidy_up_once(folder: &Path) {
     let entries = is_new.then(|| fs::read_dir(folder).ok()).flatten();
     for entry in entries.into_iter().flatten().flatten() {
         let is_draft = entry.file_name().to_string_lossy().starts_with(DRAFT);
-        if is_draft && entry.file_type().is_ok_and(|kind| kind.is_file()) {
-            let path = entry.path();
-            if is_abandoned(&path) {
-                // Another process may have been first.
-                let _ = fs::remove_file(&path);
-            }
+        let written = entry.metadata().and_then(|about| about.modified());
+        let age = written.ok().and_then(|at| at.elapsed().ok());
+        if is_draft && age.is_some_and(|age| age > ABANDONED) {
+            // Another process may have been first.
+            let _ = fs::remove_file(entry.path());
         }
-    }
-}
-
-fn is_abandoned(draft: &Path) -> bool {
-    let Ok(file) = File::open(draft) else { return false };
-    let written = file.metadata().and_then(|about| about.modified());
-    let age = written.ok().and_then(|at| SystemTime::now().duration_since(at).ok());
-    let older = |than: Duration| age.is_some_and(|age| age > than);
-    match file.try_lock() {
-        Ok(()) => older(ABANDONED),
-        Err(TryLockError::WouldBlock) => false,
-        Err(TryLockError::Error(_)) => older(LONG_ABANDONED),
     }
 }
 
@@ -150,18 +118,16 @@ mod tests {
     fn drafts_of_killed_processes_go_and_those_in_use_and_other_files_stay() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        let long_ago = SystemTime::now() - 2 * ABANDONED;
-        let left = at(&format!("{DRAFT}left"));
-        let others = [at(".tmpA1b2C3"), at("notes.txt")];
-        for path in others.iter().chain([&left]) {
+        let [left, used] = ["left", "used"].map(|name| at(&format!("{DRAFT}{name}")));
+        for path in [&left, &used, &at("notes.txt")] {
             fs::write(path, "x").unwrap();
+        }
+        let long_ago = std::time::SystemTime::now() - 2 * ABANDONED;
+        for path in [&left, &at("notes.txt")] {
             File::options().write(true).open(path).unwrap().set_modified(long_ago).unwrap();
         }
-        let used = draft(folder.path()).unwrap();
-        used.as_file().set_modified(long_ago).unwrap();
         write_atomically(&at("new"), b"y").unwrap();
-        assert!(!left.exists() && used.path().exists() && others.iter().all(|p| p.exists()));
-        drop(used);
+        assert!(!left.exists() && used.exists() && at("notes.txt").exists());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3, "no draft is left");
     }
 }

@@ -70,9 +70,6 @@ pub fn read_text(path: &Path, most: u64) -> Result<String, FileError> {
 ///
 /// Any other that reading it gave.
 pub fn if_present<T>(read: Result<T, FileError>) -> Result<Option<T>, FileError> {
-    match read {
-        Ok(content) => Ok(Some(content)),
-        Err(e) if e.reason.kind() == ErrorKind::NotFound => Ok(None),
-        Err(e) => Err(e),
-    }
+    let absent = |e: &FileError| e.reason.kind() == ErrorKind::NotFound;
+    read.map(Some).or_else(|e| if absent(&e) { Ok(None) } else { Err(e) })
 }

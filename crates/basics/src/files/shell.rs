@@ -1,15 +1,13 @@
 //! Paths in commands: those that people copy from what is printed, and those of scripts.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 /// Returns a path as a shell takes it, whatever is in it. Bytes that are no text are shown as well as can be.
 pub fn quoted(path: &Path) -> String {
     let text = path.to_string_lossy();
-    match shlex::try_quote(&text) {
-        Ok(quoted) => quoted.into_owned(),
-        // No path has a NUL.
-        Err(_) => text.into_owned(),
-    }
+    // No path has a NUL.
+    shlex::try_quote(&text).map_or_else(|_| text.to_string(), Cow::into_owned)
 }
 
 #[cfg(test)]

@@ -60,17 +60,6 @@ fn a_limit_that_is_another_setting_moves_with_it() {
 }
 
 #[test]
-fn files_give_some_settings_and_no_others() {
-    let read: Small = serde_json::from_str(r#"{"step":4}"#).unwrap();
-    assert_eq!(read, Small { step: 4, ..Small::default() });
-    let e = serde_json::from_str::<Small>(r#"{"steps":4}"#).unwrap_err().to_string();
-    assert!(e.starts_with("unknown field `steps`, expected one of `kept`"), "{e}");
-    let text = serde_json::to_string(&Large::default()).unwrap();
-    let expected = r#"{"kept":7,"step":3,"size":0.001,"backwards":true,"more":0.5}"#;
-    assert_eq!(text, expected, "in the order of the lines, single precision as it is");
-}
-
-#[test]
 fn a_section_that_extends_another_has_its_settings() {
     let large = Large { size: 0.5, ..Large::default() };
     let expected = Small { kept: 7, step: 3, size: 0.5, backwards: true };

@@ -97,7 +97,7 @@ fn patiently<T>(mut start: impl FnMut() -> io::Result<T>) -> io::Result<T> {
             result => return result,
         }
     }
-    start().map_err(machine::with_way_out)
+    start()
 }
 
 /// Returns the end of what it said.

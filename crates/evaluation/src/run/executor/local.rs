@@ -30,7 +30,7 @@ use crate::store::manifest::{GIT, Task};
 use crate::store::record::Record;
 use crate::store::wall::Wall;
 use basics::files::{FileError, make_folder_beneath, new_beneath};
-use basics::machine::{self, with_way_out};
+use basics::machine;
 
 /// Attempts at a task that fail before it is recorded as failed, and that are disturbed before it is left undone.
 const ATTEMPTS: u32 = 2;
@@ -223,8 +223,7 @@ impl Local {
         let is_own = self.launcher.own.iter().any(|(name, _)| **name == *task.method);
         let lines = Arc::new(AtomicU64::new(0));
         let program = &self.launcher.program;
-        let cannot_start = |e| FileError::at("start", program)(with_way_out(e));
-        let mut child = command.spawn().map_err(cannot_start)?;
+        let mut child = command.spawn().map_err(FileError::at("start", program))?;
         let stdout = child.stdout.take().expect("the standard output is piped");
         let (to, id, counted) = (sender.clone(), task.task, Arc::clone(&lines));
         let reader = thread::spawn(move || listen(stdout, id, &to, &counted));
@@ -313,7 +312,7 @@ fn wait(
         let pid = Pid::from_child(child);
         let used_mb = limit_mb
             .filter(|_| look.is_multiple_of(MEMORY_EVERY))
-            .and_then(|limit| machine::memory_used_mb(pid.as_raw_nonzero().get(), limit));
+            .and_then(|_| machine::memory_used_mb(pid.as_raw_nonzero().get()));
         if let Some(used_mb) = used_mb.filter(|used| limit_mb.is_some_and(|limit| *used > limit)) {
             // With all that it started; it may have ended by itself meanwhile.
             let _ = kill_process_group(pid, Signal::KILL);
