@@ -1,6 +1,6 @@
 //! The context of a point MDP: a value per feature of its task, as numbers and as text in manifests.
 
-use crate::task::Task;
+use crate::task::{ABOVE_0, ContextFeature, Task};
 use basics::suggest::did_you_mean;
 use evaluation::family::{Feature, PointMdp};
 
@@ -20,9 +20,9 @@ pub enum ContextError {
         /// A similar name, in words.
         meant: String,
     },
-    /// A value that its task cannot have.
+    /// A value that it cannot have.
     #[error("{feature} of {point} is {value}: {message}")]
-    Task {
+    Value {
         /// Id of the point MDP.
         point: String,
         /// The feature.
@@ -31,16 +31,6 @@ pub enum ContextError {
         value: f64,
         /// What is wrong, and the way out.
         message: String,
-    },
-    /// A value that no feature can have.
-    #[error("{feature} of {point} is {value}; expected a number above 0")]
-    Value {
-        /// Id of the point MDP.
-        point: String,
-        /// The feature.
-        feature: String,
-        /// Its value.
-        value: f64,
     },
 }
 
@@ -60,6 +50,10 @@ pub fn context<T: Task>(
     point: &PointMdp,
 ) -> Result<Vec<f64>, ContextError> {
     let mut numbers: Vec<f64> = T::FEATURES.iter().map(|f| f.default).collect();
+    let wrong = |place: usize, value, message| {
+        let (point, feature) = (point.id.clone(), T::FEATURES[place].name);
+        ContextError::Value { point, feature, value, message }
+    };
     for (feature, value) in features.iter().zip(&point.features) {
         let name = &feature.name;
         let place = T::FEATURES.iter().position(|known| known.name == name);
@@ -69,20 +63,21 @@ pub fn context<T: Task>(
             known: known::<T>(),
             meant: did_you_mean(name, T::FEATURES.iter().map(|known| known.name)),
         })?;
-        let zero = *value == 0.0 && T::MAY_BE_ZERO.contains(&name.as_str());
-        if !(value.is_finite() && *value > 0.0 || zero) {
-            let (point, feature) = (point.id.clone(), name.clone());
-            return Err(ContextError::Value { point, feature, value: *value });
+        let [least, most] = T::FEATURES[place].range;
+        if !(least..=most).contains(value) {
+            let message = match *value > most && value.is_finite() {
+                true => format!("expected {most} or less"),
+                false if least > ABOVE_0 => format!("expected {least} or more"),
+                false => "expected a number above 0".to_owned(),
+            };
+            return Err(wrong(place, *value, message));
         }
         numbers[place] = *value;
     }
-    T::check(scenario, &numbers).map_err(|(place, message)| ContextError::Task {
-        point: point.id.clone(),
-        feature: T::FEATURES[place].name,
-        value: numbers[place],
-        message,
-    })?;
-    Ok(numbers)
+    match T::check(scenario, &numbers) {
+        Ok(()) => Ok(numbers),
+        Err((place, message)) => Err(wrong(place, numbers[place], message)),
+    }
 }
 
 /// Returns a context as text, such as `mass_kg=1 length_m=1`.
@@ -97,17 +92,14 @@ pub fn text<T: Task>(context: &[f64]) -> String {
 ///
 /// What is expected.
 pub fn parse<T: Task>(text: &str) -> Result<Vec<f64>, String> {
-    let wrong =
-        || format!("expected {}=NUMBER, not {text:?}", known::<T>().replace(", ", "=NUMBER "));
     let words: Vec<&str> = text.split(' ').collect();
-    if words.len() != T::FEATURES.len() {
-        return Err(wrong());
-    }
-    let value = |(word, feature): (&&str, &crate::task::ContextFeature)| {
-        let value = word.strip_prefix(feature.name).and_then(|rest| rest.strip_prefix('='));
-        value.and_then(|v| v.parse().ok()).ok_or_else(wrong)
+    let value = |(word, feature): (&&str, &ContextFeature)| {
+        word.strip_prefix(feature.name)?.strip_prefix('=')?.parse().ok()
     };
-    words.iter().zip(T::FEATURES).map(value).collect()
+    let numbers: Option<Vec<f64>> = words.iter().zip(T::FEATURES).map(value).collect();
+    numbers.filter(|_| words.len() == T::FEATURES.len()).ok_or_else(|| {
+        format!("expected {}=NUMBER, not {text:?}", known::<T>().replace(", ", "=NUMBER "))
+    })
 }
 
 #[cfg(test)]

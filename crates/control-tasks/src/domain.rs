@@ -33,18 +33,9 @@ impl<T: Task> Domain for TaskDomain<T> {
     }
 
     fn training_row(&self) -> (&'static str, &'static str) {
-        match T::OBJECTIVE.title {
-            "normalised return" => (
-                "part",
-                "A part of a training is 2,000 steps, or one update where that takes more; its normalised return is \
-                 the mean over the episodes that ended in it.",
-            ),
-            _ => (
-                "part",
-                "A part of a training is 2,000 steps, or one update where that takes more; its figures are means \
-                 over the episodes that ended in it.",
-            ),
-        }
+        let about = "A part of a training is 2,000 steps, or one update where that takes more; its figures are \
+                     means over the episodes that ended in it.";
+        ("part", about)
     }
 
     fn failure(&self) -> Option<Limit> {
@@ -103,31 +94,5 @@ impl<T: Task> Domain for TaskDomain<T> {
             card.insert(name.to_owned(), value);
         }
         Ok(card)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cartpole::{CartPoles, Scenario};
-    use crate::methods::{dqn, ppo};
-
-    fn effort(preset: &str, method: &Method) -> Effort {
-        let scenario = Scenario::read(&format!("preset = {preset:?}"), "a.toml", &[]).unwrap();
-        let settings = serde_json::to_value(scenario).unwrap();
-        TaskDomain::<CartPoles>::default().efforts(&settings).unwrap()(method, 1, &|_| None)
-    }
-
-    #[test]
-    fn the_effort_of_a_training_is_about_what_was_measured() {
-        // Processor time of whole trainings, benches/cartpole.rs.
-        let cases = [("sb3", 0, 0.52), ("sb3", 1, 0.33), ("tuned", 0, 0.9), ("tuned", 1, 6.0)];
-        for (preset, method, measured) in cases {
-            let method = [ppo::METHOD, dqn::METHOD][method];
-            let effort = effort(preset, &method);
-            let expected = f64::from(effort.training) * effort.training_s;
-            let ratio = expected / measured;
-            assert!((0.5..2.0).contains(&ratio), "{preset} {}: {expected} s", method.name);
-        }
     }
 }

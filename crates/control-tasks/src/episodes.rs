@@ -1,9 +1,12 @@
 //! Episodes of dynamics.
 
+use std::fmt::Debug;
+
 use basics::heartbeat;
 use learners::nn::archive::{Archive, ArchiveError};
 use learners::rl::environment::{Actions, Environment, Step};
 use learners::rl::random::Generator;
+use learners::state::State;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -17,7 +20,10 @@ pub trait Dynamics {
     const WIDTH: usize;
 
     /// What a step changes.
-    type State: Copy + Default + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned;
+    type State: Copy + Default + PartialEq + Debug + Serialize + DeserializeOwned + AsRef<[f64]>;
+
+    /// The first number of a state that an agent sees, by default.
+    const FIRST_SEEN: usize = 0;
 
     /// What an agent can do.
     fn actions(&self) -> Actions;
@@ -25,15 +31,17 @@ pub trait Dynamics {
     /// Returns where an episode starts.
     fn start(&self, generator: &mut Generator) -> Self::State;
 
-    /// Writes what an agent sees.
-    fn observe(&self, state: &Self::State, observation: &mut [f32]);
+    /// Writes what an agent sees: by default as many numbers of the state as an observation has.
+    fn observe(&self, state: &Self::State, observation: &mut [f32]) {
+        let numbers = &state.as_ref()[Self::FIRST_SEEN..];
+        observation.iter_mut().zip(numbers).for_each(|(o, s)| *o = *s as f32);
+    }
 
     /// Takes an action; returns the reward, and whether nothing can follow.
     fn act(&self, state: &mut Self::State, action: &[f32]) -> (f64, bool);
 
     /// Returns what an episode that is over came to, of its last state, the sum of its rewards and its steps.
-    fn score(&self, state: &Self::State, total: f64, steps: u32) -> f64 {
-        let _ = (state, steps);
+    fn score(&self, _state: &Self::State, total: f64, _steps: u32) -> f64 {
         total
     }
 }
@@ -79,7 +87,9 @@ impl<D: Dynamics> Environment for Episodes<D> {
     fn score(&self, total: f64) -> f64 {
         self.dynamics.score(&self.state, total, self.steps)
     }
+}
 
+impl<D: Dynamics> State for Episodes<D> {
     fn save(&self, prefix: &str, archive: &mut Archive) {
         archive.put(&format!("{prefix}state"), self.state);
         archive.put(&format!("{prefix}steps"), self.steps);

@@ -3,12 +3,13 @@
 use std::marker::PhantomData;
 use std::path::Path;
 
+use crate::context::ContextError;
 use crate::domain::TaskDomain;
 use crate::problem::TaskProblem;
 use crate::task::Task;
-use crate::task::scenario::{Preset, Settings};
+use crate::task::scenario::{FamilySettings, Preset, Settings};
+use evaluation::family::FamilyError;
 use evaluation::family::points::{self, Kind};
-use evaluation::family::{FamilyError, MdpFamily};
 use evaluation::run::entry::Entry;
 use evaluation::settings::named::Named;
 use evaluation::settings::overrides::Override;
@@ -47,9 +48,11 @@ pub fn load<T: Task>(
         true => (T::EMBEDDED.to_owned(), format!("{}.toml (embedded)", T::NAME)),
         false => (read_scenario(&path)?, path.display().to_string()),
     };
+    let toml = |e: ContextError, file| FamilyError::Toml { file, message: e.to_string() };
     let scenario = T::Scenario::read(&text, &file, overrides)?;
-    let Some(table) = scenario.family().points.clone() else {
-        return problem(scenario, None, file);
+    let (_, name, FamilySettings { points }) = scenario.head();
+    let Some(table) = points.clone() else {
+        return TaskProblem::new(scenario, None).map_err(|e| toml(e, file));
     };
     let beside = if embedded { None } else { path.parent() };
     let path = beside.unwrap_or(Path::new("")).join(&table);
@@ -58,18 +61,8 @@ pub fn load<T: Task>(
     let units: Vec<(&str, &str)> = T::FEATURES.iter().map(|f| (f.name, f.unit)).collect();
     let kind =
         Kind { needed: &[], counts: "instances", large: &[], units: &units, check: &|_| Ok(()) };
-    let family = points::read(scenario.name(), &text, &file, &kind)?;
-    problem(scenario, Some(family), file)
-}
-
-/// Returns the problem of a family, which stands in a file.
-fn problem<T: Task>(
-    scenario: T::Scenario,
-    family: Option<MdpFamily>,
-    file: String,
-) -> Result<TaskProblem<T>, FamilyError> {
-    let problem = TaskProblem::new(scenario, family);
-    problem.map_err(|e| FamilyError::Toml { file, message: e.to_string() })
+    let family = points::read(name, &text, &file, &kind)?;
+    TaskProblem::new(scenario, Some(family)).map_err(|e| toml(e, file))
 }
 
 #[cfg(test)]
@@ -77,15 +70,8 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::cartpole::{CartPoles, NAME};
+    use crate::cartpole::CartPoles;
     use evaluation::run::domain::Problem;
-
-    #[test]
-    fn the_carried_scenario_is_the_family_of_576() {
-        let problem = load::<CartPoles>(NAME, &["ppo.gamma=0.9".parse().unwrap()]).unwrap();
-        assert_eq!((problem.family().points.len(), problem.family().name.as_str()), (576, NAME));
-        assert!((problem.settings()["ppo"]["gamma"].as_f64().unwrap() - 0.9).abs() < 1e-6);
-    }
 
     #[test]
     fn a_file_names_a_table_of_some_features() {
@@ -110,16 +96,5 @@ mod tests {
             e.contains("p.csv: a cart and pole has no feature \"wind_mps\", only length_m"),
             "{e}"
         );
-    }
-
-    #[test]
-    fn every_setting_is_said_what_it_is() {
-        assert_eq!(setting_of::<CartPoles>("ppo.gamma").map(|s| s.name), Some("gamma"));
-        for name in (TaskDomain::<CartPoles>::ENTRY.names)()
-            .iter()
-            .filter(|n| n.contains('.') && *n != "family.points")
-        {
-            assert!(setting_of::<CartPoles>(name).is_some(), "{name}");
-        }
     }
 }

@@ -8,14 +8,10 @@
 
 use crate::episodes::Dynamics;
 use crate::methods::{ars, ppo, sac, td3, trpo};
-use crate::task::scenario::scenario;
-use crate::task::{ContextFeature, Task, grid};
-use evaluation::family::PointMdp;
-use evaluation::run::domain::Objective;
-use evaluation::settings::setting::settings;
-use evaluation::stats::{Direction, Side};
-use learners::rl::environment::Actions;
-use learners::rl::random::Generator;
+use crate::task::{
+    ABOVE_0, Actions, ContextFeature, Generator, Objective, POSITIVE, PointMdp, RETURN, Side, Task,
+    all, feature, grid, scenario, settings,
+};
 
 /// Ends of the track.
 const POSITIONS: [f64; 2] = [-1.2, 0.6];
@@ -84,10 +80,6 @@ impl Dynamics for MountainCar {
         [low + (high - low) * generator.unit(), 0.0]
     }
 
-    fn observe(&self, state: &State, observation: &mut [f32]) {
-        observation.iter_mut().zip(state).for_each(|(o, s)| *o = *s as f32);
-    }
-
     fn act(&self, state: &mut State, action: &[f32]) -> (f64, bool) {
         let (reward, after, reached) = self.step(*state, action[0]);
         *state = after;
@@ -106,26 +98,22 @@ settings! {
 }
 
 scenario! {
+    /// Mountain cars.
     task: MountainCars,
     environment: Environment,
     methods: { ppo, sac, td3, trpo, ars }
 }
-
-/// Mountain cars.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct MountainCars;
 
 impl Task for MountainCars {
     const NAME: &'static str = "mountain-car";
     const WHAT: &'static str = "a mountain car";
     const SIMULATOR: &'static str = "MountainCarContinuous with the equations of gymnasium 1.4.0";
     const FEATURES: &'static [ContextFeature] = &[
-        ContextFeature { name: "max_speed", unit: "", default: 0.07, short: "s" },
-        ContextFeature { name: "goal_position", unit: "", default: 0.45, short: "g" },
-        ContextFeature { name: "power", unit: "", default: 0.0015, short: "p" },
+        feature("max_speed", "", 0.07, "s", POSITIVE),
+        feature("goal_position", "", 0.45, "g", [ABOVE_0, POSITIONS[1]]),
+        feature("power", "", 0.0015, "p", POSITIVE),
     ];
-    const OBJECTIVE: Objective =
-        Objective { metric: "return", title: "return", unit: "", direction: Direction::Higher };
+    const OBJECTIVE: Objective = RETURN;
     // An episode that reaches the goal has more than 0, and one of full power for all steps -99.9.
     const FAILURE: (Side, f64) = (Side::Below, 0.05);
     const STEP_S: f64 = 5e-7;
@@ -145,17 +133,8 @@ impl Task for MountainCars {
         })
     }
 
-    fn check(_: &Scenario, context: &[f64]) -> Result<(), (usize, String)> {
-        match context[1] > POSITIONS[1] {
-            true => Err((1, format!("the track ends at {}", POSITIONS[1]))),
-            false => Ok(()),
-        }
-    }
-
     fn dynamics(scenario: &Scenario, context: &[f64]) -> MountainCar {
-        let &[max_speed, goal, power] = context else {
-            unreachable!("a context has all features");
-        };
+        let [max_speed, goal, power] = all(context);
         let Environment { start_low, start_high } = scenario.environment;
         MountainCar { max_speed, goal, power, start: [start_low, start_high] }
     }
@@ -172,6 +151,7 @@ mod tests {
     fn it_is_a_task() {
         check_family::<MountainCars>(80);
         check_episodes::<MountainCars>();
+        check_features::<MountainCars>(&Scenario::default());
     }
 
     /// The push that swings a car out of the valley: with its velocity.
@@ -182,19 +162,8 @@ mod tests {
     }
 
     #[test]
-    fn every_feature_changes_what_happens() {
-        check_features::<MountainCars>(&Scenario::default());
-    }
-
-    #[test]
     fn gymnasium_s_car_can_be_swung_out_and_a_weak_one_takes_longer() {
         let own = swung(&[0.07, 0.45, 0.0015]);
         assert!(own > 85.0 && swung(&[0.07, 0.45, 0.0005]) < own, "{own}");
-    }
-
-    #[test]
-    fn a_goal_beyond_the_track_is_refused() {
-        let e = MountainCars::check(&Scenario::default(), &[0.07, 0.7, 0.001]).unwrap_err();
-        assert_eq!(e, (1, "the track ends at 0.6".to_owned()));
     }
 }

@@ -9,15 +9,16 @@
 //! - **Whose memory.** A [`Simulation`] owns its model and its data, and is neither `Send` nor `Sync`.
 #![expect(unsafe_code, reason = "MuJoCo is C; every call is one documented unsafe block")]
 
+use std::cell::OnceCell;
 use std::env;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::fmt;
 use std::fs;
 use std::io::{self, Write as _};
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::ptr;
-use std::rc::Rc;
 use std::sync::OnceLock;
 
 use libloading::Library;
@@ -50,28 +51,9 @@ pub enum MujocoError {
          libmujoco", latest = VERSIONS[VERSIONS.len() - 1].1
     )]
     Missing(String),
-    /// A library of another version.
-    #[error(
-        "{}: MuJoCo {found} is not one of the versions that are known to work ({}); install one of them, for example \
-         `pip install mujoco=={}`", path.display(), VERSIONS.map(|v| v.1).join(", "), VERSIONS[VERSIONS.len() - 1].1
-    )]
-    Version {
-        /// The library.
-        path: PathBuf,
-        /// What it says of itself.
-        found: String,
-    },
-    /// The library has not what its version should have.
-    #[error("{}: {reason}; install MuJoCo again", path.display())]
-    Damaged {
-        /// The library.
-        path: PathBuf,
-        /// What it lacks.
-        reason: String,
-    },
-    /// A model that MuJoCo refuses.
-    #[error("MuJoCo refuses the model: {0}")]
-    Model(String),
+    /// The library or a model is not what is expected.
+    #[error("{0}")]
+    Unfit(String),
 }
 
 /// Structs of MuJoCo, which stay behind pointers.
@@ -82,25 +64,46 @@ struct RawModel([u8; 0]);
 #[repr(C)]
 struct RawData([u8; 0]);
 
-/// Functions of the library.
-struct Api {
-    path: PathBuf,
-    version: &'static str,
-    parse: unsafe extern "C" fn(*const c_char, *const c_void, *mut c_char, c_int) -> *mut RawSpec,
-    compile: unsafe extern "C" fn(*mut RawSpec, *const c_void) -> *mut RawModel,
-    spec_error: unsafe extern "C" fn(*mut RawSpec) -> *const c_char,
-    delete_spec: unsafe extern "C" fn(*mut RawSpec),
-    delete_model: unsafe extern "C" fn(*mut RawModel),
-    set_total_mass: unsafe extern "C" fn(*mut RawModel, f64),
-    set_const: unsafe extern "C" fn(*mut RawModel, *mut RawData),
-    make_data: unsafe extern "C" fn(*const RawModel) -> *mut RawData,
-    delete_data: unsafe extern "C" fn(*mut RawData),
-    reset: unsafe extern "C" fn(*const RawModel, *mut RawData),
-    forward: unsafe extern "C" fn(*const RawModel, *mut RawData),
-    step: unsafe extern "C" fn(*const RawModel, *mut RawData),
-    state_size: unsafe extern "C" fn(*const RawModel, c_int) -> c_int,
-    get_state: unsafe extern "C" fn(*const RawModel, *const RawData, *mut f64, c_int),
-    set_state: unsafe extern "C" fn(*const RawModel, *mut RawData, *const f64, c_int),
+/// Makes the table of the library's functions, with what loads it.
+macro_rules! functions {
+    ($($field:ident = $name:literal: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
+        /// Functions of the library.
+        struct Api {
+            path: PathBuf,
+            version: &'static str,
+            $($field: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
+        }
+
+        impl Api {
+            /// Finds the functions in a library of a version that was checked.
+            fn of(library: &'static Library, path: &Path, version: &'static str) -> Result<Self, libloading::Error> {
+                Ok(Self {
+                    path: path.to_owned(),
+                    version,
+                    // SAFETY: the signatures are those of mujoco.h.
+                    $($field: *unsafe { library.get(concat!($name, "\0").as_bytes()) }?,)*
+                })
+            }
+        }
+    };
+}
+
+functions! {
+    parse = "mj_parseXMLString": fn(*const c_char, *const c_void, *mut c_char, c_int) -> *mut RawSpec;
+    compile = "mj_compile": fn(*mut RawSpec, *const c_void) -> *mut RawModel;
+    spec_error = "mjs_getError": fn(*mut RawSpec) -> *const c_char;
+    delete_spec = "mj_deleteSpec": fn(*mut RawSpec);
+    delete_model = "mj_deleteModel": fn(*mut RawModel);
+    set_total_mass = "mj_setTotalmass": fn(*mut RawModel, f64);
+    set_const = "mj_setConst": fn(*mut RawModel, *mut RawData);
+    make_data = "mj_makeData": fn(*const RawModel) -> *mut RawData;
+    delete_data = "mj_deleteData": fn(*mut RawData);
+    reset = "mj_resetData": fn(*const RawModel, *mut RawData);
+    forward = "mj_forward": fn(*const RawModel, *mut RawData);
+    step = "mj_step": fn(*const RawModel, *mut RawData);
+    state_size = "mj_stateSize": fn(*const RawModel, c_int) -> c_int;
+    get_state = "mj_getState": fn(*const RawModel, *const RawData, *mut f64, c_int);
+    set_state = "mj_setState": fn(*const RawModel, *mut RawData, *const f64, c_int);
 }
 
 /// The loaded library, for the rest of the process.
@@ -125,21 +128,14 @@ fn api() -> Result<&'static Api, MujocoError> {
 
 /// Returns the library: in the given folder, else in that of Python's package `mujoco`.
 fn library(folder: Option<PathBuf>) -> Result<PathBuf, MujocoError> {
-    let named = folder.is_some();
     let folder = folder.map_or_else(package, Ok).map_err(MujocoError::Missing)?;
     let files = fs::read_dir(&folder).into_iter().flatten().flatten();
     let is_library = |name: &str| {
         name.starts_with("libmujoco.") && (name.contains(".so") || name.ends_with(".dylib"))
     };
-    let mut found: Vec<PathBuf> = files
-        .filter(|file| file.file_name().to_str().is_some_and(is_library))
-        .map(|file| file.path())
-        .collect();
-    found.sort();
-    found.pop().ok_or_else(|| {
-        let whose = if named { format!(", which {VARIABLE} names,") } else { String::new() };
-        MujocoError::Missing(format!("{}{whose} has no libmujoco", folder.display()))
-    })
+    let found = files.filter(|file| file.file_name().to_str().is_some_and(is_library));
+    let none = || MujocoError::Missing(format!("{} has no libmujoco", folder.display()));
+    found.map(|file| file.path()).max().ok_or_else(none)
 }
 
 /// Returns the folder of Python's package, asked of the `python3` that comes first.
@@ -157,48 +153,46 @@ fn package() -> Result<PathBuf, String> {
 
 impl Api {
     fn load(path: &Path) -> Result<Self, MujocoError> {
-        let damaged = |reason: String| MujocoError::Damaged { path: path.to_owned(), reason };
+        let unfit = |e: libloading::Error| damaged(path, &e.to_string());
         // SAFETY: MuJoCo's initialisers need nothing, and it is never unloaded, as it is leaked here.
-        let library = unsafe { Library::new(path) }.map_err(|e| damaged(e.to_string()))?;
+        let library = unsafe { Library::new(path) }.map_err(unfit)?;
         let library: &'static Library = Box::leak(Box::new(library));
-        macro_rules! function {
-            ($name:literal) => {
-                // SAFETY: the signature is that of mujoco.h, of a version that has been checked where it differs.
-                *unsafe { library.get(concat!($name, "\0").as_bytes()) }
-                    .map_err(|e| damaged(e.to_string()))?
-            };
-        }
-        let number: unsafe extern "C" fn() -> c_int = function!("mj_version");
+        // SAFETY: the signature is that of mujoco.h.
+        let number = unsafe { library.get::<unsafe extern "C" fn() -> c_int>(b"mj_version\0") };
         // SAFETY: takes nothing.
-        let number = unsafe { number() };
+        let number = unsafe { number.map_err(unfit)?() };
         let Some((_, version)) = VERSIONS.into_iter().find(|(known, _)| *known == number) else {
-            return Err(MujocoError::Version { path: path.to_owned(), found: name(number) });
+            return Err(other_version(path, number));
         };
-        let warning: *mut Option<unsafe extern "C" fn(*const c_char)> =
-            function!("mju_user_warning");
-        // SAFETY: the symbol is a variable that holds a function or null, and nothing runs yet that reads it.
-        unsafe { *warning = Some(warn) };
-        Ok(Self {
-            path: path.to_owned(),
-            version,
-            parse: function!("mj_parseXMLString"),
-            compile: function!("mj_compile"),
-            spec_error: function!("mjs_getError"),
-            delete_spec: function!("mj_deleteSpec"),
-            delete_model: function!("mj_deleteModel"),
-            set_total_mass: function!("mj_setTotalmass"),
-            set_const: function!("mj_setConst"),
-            make_data: function!("mj_makeData"),
-            delete_data: function!("mj_deleteData"),
-            reset: function!("mj_resetData"),
-            forward: function!("mj_forward"),
-            step: function!("mj_step"),
-            state_size: function!("mj_stateSize"),
-            get_state: function!("mj_getState"),
-            set_state: function!("mj_setState"),
-        })
+        // SAFETY: the symbol is a variable that holds a function or null.
+        let warning = unsafe { library.get::<*mut Option<Handler>>(b"mju_user_warning\0") };
+        // SAFETY: nothing runs yet that reads it.
+        unsafe { **warning.map_err(unfit)? = Some(warn) };
+        Self::of(library, path, version).map_err(unfit)
     }
 }
+
+/// Returns the error of a library that has not what its version should have.
+fn damaged(path: &Path, reason: &str) -> MujocoError {
+    MujocoError::Unfit(format!("{}: {reason}; install MuJoCo again", path.display()))
+}
+
+fn other_version(path: &Path, number: c_int) -> MujocoError {
+    let (known, latest) = (VERSIONS.map(|v| v.1).join(", "), VERSIONS[VERSIONS.len() - 1].1);
+    MujocoError::Unfit(format!(
+        "{}: MuJoCo {} is not one of the versions that are known to work ({known}); install one of them, for example \
+         `pip install mujoco=={latest}`",
+        path.display(),
+        name(number)
+    ))
+}
+
+fn refused(message: impl fmt::Display) -> MujocoError {
+    MujocoError::Unfit(format!("MuJoCo refuses the model: {message}"))
+}
+
+/// What takes a warning.
+type Handler = unsafe extern "C" fn(*const c_char);
 
 /// Returns the name of a version: from 3.10 on a number has three digits for each part after the first, before one.
 fn name(number: c_int) -> String {
@@ -214,41 +208,59 @@ unsafe extern "C" fn warn(message: *const c_char) {
     let _ = writeln!(io::stderr(), "MuJoCo: {}", message.to_string_lossy());
 }
 
-/// A compiled model.
-struct Model {
-    api: &'static Api,
-    pointer: *mut RawModel,
+/// A model that is made when it is needed: most of what asks about a task does not need MuJoCo.
+#[derive(Debug)]
+pub struct Lazy<const N: usize> {
+    mjcf: String,
+    controls: usize,
+    mass_kg: Option<f64>,
+    made: OnceCell<Simulation<N>>,
 }
 
-impl Drop for Model {
-    fn drop(&mut self) {
-        // SAFETY: it was compiled, and nobody else has it any more.
-        unsafe { (self.api.delete_model)(self.pointer) }
+impl<const N: usize> Lazy<N> {
+    /// Returns a model; the arguments are those of [`Simulation::new`].
+    pub fn new(mjcf: String, controls: usize, mass_kg: Option<f64>) -> Self {
+        Self { mjcf, controls, mass_kg, made: OnceCell::new() }
+    }
+}
+
+/// A copy makes its own simulation.
+impl<const N: usize> Clone for Lazy<N> {
+    fn clone(&self) -> Self {
+        Self::new(self.mjcf.clone(), self.controls, self.mass_kg)
+    }
+}
+
+impl<const N: usize> Deref for Lazy<N> {
+    type Target = Simulation<N>;
+
+    fn deref(&self) -> &Simulation<N> {
+        self.made.get_or_init(|| {
+            Simulation::new(&self.mjcf, self.controls, self.mass_kg)
+                .expect("the library is there, which a trial checks first, and the model is ours")
+        })
     }
 }
 
 /// A model and its data. A state is its positions, velocities and where the solver starts, side by side; `N` numbers in all.
 pub struct Simulation<const N: usize> {
-    model: Rc<Model>,
+    api: &'static Api,
+    model: *mut RawModel,
     data: *mut RawData,
 }
 
 impl<const N: usize> Drop for Simulation<N> {
     fn drop(&mut self) {
-        // SAFETY: it was made, and nobody else has it any more.
-        unsafe { (self.model.api.delete_data)(self.data) }
+        // SAFETY: they were made, and nobody else has them any more.
+        unsafe { (self.api.delete_data)(self.data) }
+        // SAFETY: as above.
+        unsafe { (self.api.delete_model)(self.model) }
     }
 }
 
 impl<const N: usize> fmt::Debug for Simulation<N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Simulation")
-    }
-}
-
-impl<const N: usize> Clone for Simulation<N> {
-    fn clone(&self) -> Self {
-        Self::of(Rc::clone(&self.model))
     }
 }
 
@@ -266,7 +278,7 @@ impl<const N: usize> Simulation<N> {
     /// [`MujocoError`] when the library is missing, or refuses the model, or the state is not of `N` numbers.
     pub fn new(mjcf: &str, controls: usize, mass: Option<f64>) -> Result<Self, MujocoError> {
         let api = api()?;
-        let text = CString::new(mjcf).map_err(|e| MujocoError::Model(e.to_string()))?;
+        let text = CString::new(mjcf).map_err(refused)?;
         let mut message: [c_char; MESSAGE] = [0; MESSAGE];
         // SAFETY: the text ends with a null byte, there is no file system, and the message has the size that is given.
         let spec = unsafe {
@@ -275,11 +287,11 @@ impl<const N: usize> Simulation<N> {
         if spec.is_null() {
             // SAFETY: MuJoCo ends what it writes with a null byte, and there was one before.
             let message = unsafe { CStr::from_ptr(message.as_ptr()) };
-            return Err(MujocoError::Model(message.to_string_lossy().into_owned()));
+            return Err(refused(message.to_string_lossy()));
         }
         // SAFETY: it was parsed above.
-        let pointer = unsafe { (api.compile)(spec, ptr::null()) };
-        let refused = pointer.is_null().then(|| {
+        let model = unsafe { (api.compile)(spec, ptr::null()) };
+        let message = model.is_null().then(|| {
             // SAFETY: it was parsed above.
             let message = unsafe { (api.spec_error)(spec) };
             // SAFETY: a text of the spec, which still exists.
@@ -287,75 +299,57 @@ impl<const N: usize> Simulation<N> {
         });
         // SAFETY: it was parsed above, and a model does not need it.
         unsafe { (api.delete_spec)(spec) };
-        if let Some(message) = refused {
-            return Err(MujocoError::Model(message));
+        if let Some(message) = message {
+            return Err(refused(message));
         }
-        let simulation = Self::of(Rc::new(Model { api, pointer }));
+        // SAFETY: the model was compiled.
+        let data = unsafe { (api.make_data)(model) };
+        assert!(!data.is_null(), "no memory for MuJoCo's data");
+        let simulation = Self { api, model, data };
         if let Some(mass) = mass {
             // SAFETY: nobody else has the model yet.
-            unsafe { (api.set_total_mass)(pointer, mass) };
+            unsafe { (api.set_total_mass)(model, mass) };
             // SAFETY: as above, and the data are those of the model.
-            unsafe { (api.set_const)(pointer, simulation.data) };
+            unsafe { (api.set_const)(model, data) };
         }
         simulation.check(controls)?;
         Ok(simulation)
     }
 
-    fn of(model: Rc<Model>) -> Self {
-        // SAFETY: the model was compiled.
-        let data = unsafe { (model.api.make_data)(model.pointer) };
-        assert!(!data.is_null(), "no memory for MuJoCo's data");
-        Self { model, data }
-    }
-
-    /// Checks that the state has the parts and numbers that are expected, and comes out as it went in.
+    /// Checks that the state has the parts and numbers that are expected.
     fn check(&self, controls: usize) -> Result<(), MujocoError> {
-        let api = self.model.api;
         // SAFETY: the model was compiled.
-        let size = |part| unsafe { (api.state_size)(self.model.pointer, part) };
+        let size = |part| unsafe { (self.api.state_size)(self.model, part) };
         let sizes = [POSITION, VELOCITY, WARM_START, CONTROL].map(size);
         let third = (N / 3) as c_int;
-        let mut fits =
-            sizes == [third, third, third, controls as c_int] && size(STATE) == N as c_int;
-        if fits {
-            let before: [f64; N] = std::array::from_fn(|i| 1.0 / (i + 3) as f64);
-            let mut after = [f64::NAN; N];
-            self.set(&before);
-            self.get(&mut after);
-            fits = before == after;
-        }
-        match fits {
-            true => Ok(()),
-            false => Err(MujocoError::Damaged {
-                path: api.path.clone(),
-                reason: format!("a state has other parts than expected: {sizes:?} numbers"),
-            }),
-        }
+        let fits = sizes == [third, third, third, controls as c_int] && size(STATE) == N as c_int;
+        let reason = || format!("a state has other parts than expected: {sizes:?} numbers");
+        if fits { Ok(()) } else { Err(damaged(&self.api.path, &reason())) }
     }
 
     fn set(&self, state: &[f64; N]) {
         // SAFETY: the state has as many numbers as the model's, which `check` compares.
         unsafe {
-            (self.model.api.set_state)(self.model.pointer, self.data, state.as_ptr(), STATE);
+            (self.api.set_state)(self.model, self.data, state.as_ptr(), STATE);
         }
     }
 
     fn get(&self, state: &mut [f64; N]) {
         // SAFETY: as in `set`.
         unsafe {
-            (self.model.api.get_state)(self.model.pointer, self.data, state.as_mut_ptr(), STATE);
+            (self.api.get_state)(self.model, self.data, state.as_mut_ptr(), STATE);
         }
     }
 
     /// Returns the state that begins with these positions and velocities, which the third part of the given state follows.
     pub fn begin(&self, mut state: [f64; N]) -> [f64; N] {
         state[N / 3 * 2..].fill(0.0);
-        let Model { api, pointer } = &*self.model;
+        let Self { api, model, data } = self;
         // SAFETY: the data are those of the model.
-        unsafe { (api.reset)(*pointer, self.data) };
+        unsafe { (api.reset)(*model, *data) };
         self.set(&state);
         // SAFETY: as above.
-        unsafe { (api.forward)(*pointer, self.data) };
+        unsafe { (api.forward)(*model, *data) };
         self.get(&mut state);
         state
     }
@@ -366,16 +360,16 @@ impl<const N: usize> Simulation<N> {
     ///
     /// When there are not as many controls as actuators.
     pub fn step(&self, state: &mut [f64; N], control: &[f64], count: u32) {
-        let Model { api, pointer } = &*self.model;
+        let Self { api, model, data } = self;
         self.set(state);
         // SAFETY: the model was compiled.
-        let controls = unsafe { (api.state_size)(*pointer, CONTROL) };
+        let controls = unsafe { (api.state_size)(*model, CONTROL) };
         assert_eq!(controls as usize, control.len(), "one control per actuator");
         // SAFETY: there are as many controls as the model has.
-        unsafe { (api.set_state)(*pointer, self.data, control.as_ptr(), CONTROL) };
+        unsafe { (api.set_state)(*model, *data, control.as_ptr(), CONTROL) };
         for _ in 0..count {
             // SAFETY: the data are those of the model.
-            unsafe { (api.step)(*pointer, self.data) };
+            unsafe { (api.step)(*model, *data) };
         }
         self.get(state);
     }
@@ -396,18 +390,11 @@ mod tests {
         let folder = dir.path().display().to_string();
         let e =
             library(Some(dir.path().to_owned())).unwrap_err().to_string().replace(&folder, "DIR");
-        insta::assert_snapshot!(e, @"MuJoCo is missing, which half-cheetah and swimmer need: DIR, which MUJOCO_LIB_DIR names, has no libmujoco; run `scripts/setup.sh mujoco`, or `pip install mujoco==4.0.0` in the environment whose `python3` comes first in PATH, or set MUJOCO_LIB_DIR to the folder of libmujoco");
+        insta::assert_snapshot!(e, @"MuJoCo is missing, which half-cheetah and swimmer need: DIR has no libmujoco; run `scripts/setup.sh mujoco`, or `pip install mujoco==4.0.0` in the environment whose `python3` comes first in PATH, or set MUJOCO_LIB_DIR to the folder of libmujoco");
         fs::write(dir.path().join("libmujoco.so.4.0.0"), "nothing").unwrap();
         let path = library(Some(dir.path().to_owned())).unwrap();
         let e = Api::load(&path).err().unwrap();
-        assert!(matches!(&e, MujocoError::Damaged { .. }), "{e}");
         assert!(e.to_string().ends_with("; install MuJoCo again"), "{e}");
-    }
-
-    #[test]
-    fn another_version_is_refused_with_those_that_work() {
-        let e = MujocoError::Version { path: "libmujoco.so.3.3.7".into(), found: name(337) };
-        insta::assert_snapshot!(e, @"libmujoco.so.3.3.7: MuJoCo 3.3.7 is not one of the versions that are known to work (3.17.0, 4.0.0); install one of them, for example `pip install mujoco==4.0.0`");
     }
 
     #[test]

@@ -9,14 +9,11 @@ use std::f64::consts::PI;
 
 use crate::episodes::{Dynamics, Episodes};
 use crate::methods::{ars, ppo, sac, td3, trpo};
-use crate::task::scenario::scenario;
-use crate::task::{ContextFeature, Scale, Task, grid};
-use evaluation::family::PointMdp;
-use evaluation::run::domain::Objective;
-use evaluation::settings::setting::settings;
-use evaluation::stats::{Direction, Side};
-use learners::rl::environment::{Actions, Environment as _};
-use learners::rl::random::Generator;
+use crate::task::{
+    Actions, ContextFeature, Generator, NORMALISED_RETURN, Objective, POSITIVE, PointMdp, Scale,
+    Side, Task, all, feature, grid, scenario, settings,
+};
+use learners::rl::environment::Environment as _;
 
 /// Time of a step, s.
 const STEP_S: f64 = 0.05;
@@ -223,30 +220,22 @@ settings! {
 }
 
 scenario! {
+    /// Pendulums.
     task: Pendulums,
     environment: Environment,
     methods: { ppo, sac, td3, trpo, ars }
 }
-
-/// Pendulums.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Pendulums;
 
 impl Task for Pendulums {
     const NAME: &'static str = "pendulum";
     const WHAT: &'static str = "a pendulum";
     const SIMULATOR: &'static str = "Pendulum with the equations of gymnasium 1.4.0";
     const FEATURES: &'static [ContextFeature] = &[
-        ContextFeature { name: "mass_kg", unit: "kg", default: 1.0, short: "m" },
-        ContextFeature { name: "length_m", unit: "m", default: 1.0, short: "l" },
-        ContextFeature { name: "gravity_mps2", unit: "m/s²", default: 10.0, short: "g" },
+        feature("mass_kg", "kg", 1.0, "m", POSITIVE),
+        feature("length_m", "m", 1.0, "l", POSITIVE),
+        feature("gravity_mps2", "m/s²", 10.0, "g", POSITIVE),
     ];
-    const OBJECTIVE: Objective = Objective {
-        metric: "normalised_return",
-        title: "normalised return",
-        unit: "",
-        direction: Direction::Higher,
-    };
+    const OBJECTIVE: Objective = NORMALISED_RETURN;
     // Less than half of what is possible.
     const FAILURE: (Side, f64) = (Side::Below, 0.5);
     const STEP_S: f64 = 5e-7;
@@ -265,9 +254,7 @@ impl Task for Pendulums {
     }
 
     fn dynamics(scenario: &Scenario, context: &[f64]) -> Pendulum {
-        let &[mass_kg, length_m, gravity_mps2] = context else {
-            unreachable!("a context has all features");
-        };
+        let [mass_kg, length_m, gravity_mps2] = all(context);
         Pendulum {
             mass_kg,
             length_m,
@@ -286,7 +273,6 @@ impl Task for Pendulums {
 mod tests {
     use super::*;
     use crate::task::testing::{check_episodes, check_family, check_features};
-    use learners::rl::environment::play;
 
     #[test]
     fn it_is_a_task() {
@@ -319,20 +305,5 @@ mod tests {
             least = least.min(solved - random);
         }
         assert!(least > 5.0, "{least}");
-    }
-
-    #[test]
-    fn what_is_played_has_the_return_that_the_references_count() {
-        let own = Pendulum { mass_kg: 1.0, length_m: 1.0, gravity_mps2: 10.0, max_torque_nm: 2.0 };
-        let mut draw = Generator::new(0, &["pendulum", "random policy"]);
-        let mut environment = Episodes::of(own);
-        let total: f64 = (0..EPISODES)
-            .map(|k| {
-                let mut policy =
-                    |_: &[f32], a: &mut [f32]| a[0] = 2.0 * (2.0 * draw.unit() - 1.0) as f32;
-                play(&mut environment, k, &mut policy).total
-            })
-            .sum();
-        assert!((total / EPISODES as f64 - References::of(&own).random).abs() < 1.0);
     }
 }

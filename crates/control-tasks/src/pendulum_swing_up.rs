@@ -15,14 +15,10 @@ use std::f64::consts::PI;
 use crate::episodes::Dynamics;
 use crate::methods::{ppo, td3, trpo};
 use crate::pendulum::wrap;
-use crate::task::scenario::scenario;
-use crate::task::{ContextFeature, Task, point};
-use evaluation::family::PointMdp;
-use evaluation::run::domain::Objective;
-use evaluation::settings::setting::settings;
-use evaluation::stats::{Direction, Side};
-use learners::rl::environment::Actions;
-use learners::rl::random::Generator;
+use crate::task::{
+    Actions, ContextFeature, Direction, Generator, Objective, POSITIVE, PointMdp, Side, Task, all,
+    feature, point, scenario, settings,
+};
 
 /// Time of a step, s.
 const STEP_S: f64 = 0.05;
@@ -100,22 +96,19 @@ settings! {
 }
 
 scenario! {
+    /// Hanging pendulums.
     task: SwingUps,
     environment: Environment,
     methods: { ppo, trpo, td3 }
 }
-
-/// Hanging pendulums.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct SwingUps;
 
 impl Task for SwingUps {
     const NAME: &'static str = "pendulum-swing-up";
     const WHAT: &'static str = "a hanging pendulum";
     const SIMULATOR: &'static str = "Pendulum with the equations of Inala et al., 2020";
     const FEATURES: &'static [ContextFeature] = &[
-        ContextFeature { name: "mass_kg", unit: "kg", default: 1.0, short: "m" },
-        ContextFeature { name: "length_m", unit: "m", default: 1.0, short: "l" },
+        feature("mass_kg", "kg", 1.0, "m", POSITIVE),
+        feature("length_m", "m", 1.0, "l", POSITIVE),
     ];
     const OBJECTIVE: Objective = Objective {
         metric: "steps_to_upright",
@@ -139,15 +132,15 @@ impl Task for SwingUps {
             ([2.0, 6.0], ""),
             ([3.0, 10.0], ""),
         ];
-        let made = five.map(|(context, mark)| {
+        five.map(|(context, mark)| {
             let title = format!("{} kg, {} m{mark}", context[0], context[1]);
             point(Self::FEATURES, &context, title, 0.2)
-        });
-        made.into()
+        })
+        .into()
     }
 
     fn dynamics(scenario: &Scenario, context: &[f64]) -> SwingUp {
-        let &[mass_kg, length_m] = context else { unreachable!("a context has all features") };
+        let [mass_kg, length_m] = all(context);
         SwingUp { mass_kg, length_m, max_torque_nm: scenario.environment.max_torque_nm }
     }
 }

@@ -30,7 +30,7 @@ impl<T: Task> TaskProblem<T> {
     ///
     /// [`ContextError`] when a point MDP is none of the task.
     pub fn new(scenario: T::Scenario, family: Option<MdpFamily>) -> Result<Self, ContextError> {
-        let mut family = family.unwrap_or_else(|| task::family::<T>(scenario.name()));
+        let mut family = family.unwrap_or_else(|| task::family::<T>(scenario.head().1));
         for point in &family.points {
             context::context::<T>(&scenario, &family.features, point)?;
         }
@@ -95,27 +95,6 @@ mod tests {
     fn problem(preset: &str) -> CartPoleProblem {
         let scenario = Scenario::read(&format!("preset = {preset:?}"), "a.toml", &[]).unwrap();
         CartPoleProblem::new(scenario, None).unwrap()
-    }
-
-    #[test]
-    fn a_pole_without_inertia_is_refused_where_it_has_none() {
-        let feature = Feature { name: "masspole_kg".into(), unit: "kg".into() };
-        let heavy = PointMdp {
-            id: "heavy".into(),
-            title: "heavy".into(),
-            features: vec![1.5],
-            importance: 1.0,
-            instances: 1,
-        };
-        let family = MdpFamily::new("own", vec![feature], vec![heavy], "p.csv").unwrap();
-        let of = |dynamics: &str| {
-            let text = format!("environment.dynamics = {dynamics:?}");
-            let scenario = Scenario::read(&text, "a.toml", &[]).unwrap();
-            CartPoleProblem::new(scenario, Some(family.clone())).err().map(|e| e.to_string())
-        };
-        assert_eq!(of("physical"), None);
-        let e = of("carl-compat").unwrap();
-        assert!(e.starts_with("masspole_kg of heavy is 1.5: from 1.467 kg on"), "{e}");
     }
 
     #[test]

@@ -134,7 +134,7 @@ fn named<const N: usize>(metrics: [(&str, Option<f64>); N]) -> Metrics {
 mod tests {
     use super::*;
     use crate::cartpole::{CARL_START, CartPole, CartPoles, Context, Dynamics, Scenario, Variant};
-    use crate::methods::{ars, dqn, ppo, trpo};
+    use crate::methods::{dqn, ppo, trpo};
     use evaluation::run::fault::CheckpointError;
 
     /// Keeps rows and checkpoints of a training.
@@ -231,63 +231,15 @@ mod tests {
     }
 
     #[test]
-    fn random_search_goes_on_with_the_same_bytes_too() {
-        let short = ["ars.total_steps=9000"];
-        let (mut whole, mut kept) = (trial(ars::METHOD.name, &short), Kept::default());
-        whole.train(&mut kept).unwrap();
-        let model = whole.model().unwrap();
-        for state in &kept.states {
-            let mut rest = Kept { saved: Some(state.clone()), ..Kept::default() };
-            let mut resumed = trial(ars::METHOD.name, &short);
-            resumed.train(&mut rest).unwrap();
-            assert!(resumed.model().unwrap().to_bytes() == model.to_bytes());
-        }
-        assert!(kept.states.len() > 2);
-    }
-
-    #[test]
-    fn methods_of_continuous_actions_go_on_with_the_same_bytes_and_give_what_a_score_is_between() {
-        use crate::pendulum::{self, Pendulums};
-        let settings = [
-            "ppo.total_steps=6000", "trpo.total_steps=6000", "sac.total_steps=6000",
-            "td3.total_steps=6000", "sac.hidden=8", "sac.batch_size=8", "td3.hidden=8",
-            "td3.second_hidden=8", "td3.batch_size=8",
-        ];
-        let overrides: Vec<_> = settings.iter().map(|s| s.parse().unwrap()).collect();
-        let scenario = pendulum::Scenario::read("", "a.toml", &overrides).unwrap();
-        for method in ["ppo", "trpo", "sac", "td3"] {
-            let new = || {
-                let environment = Episodes::of(Pendulums::dynamics(&scenario, &[1.0, 1.0, 10.0]));
-                TaskTrial::<Pendulums>::new(environment, &scenario, method, 7).unwrap()
-            };
-            let (mut whole, mut kept) = (new(), Kept::default());
-            whole.train(&mut kept).unwrap();
-            let model = whole.model().unwrap();
-            // Rows of a short training may be shorter than an episode.
-            let scores: Vec<f64> =
-                kept.rows.iter().filter_map(|(_, m)| m.get("normalised_return").copied()).collect();
-            assert!(scores.len() >= 2 && scores.iter().all(|score| *score < 1.2));
-            for (_, state) in some(&kept.states) {
-                let mut rest = Kept { saved: Some(state.clone()), ..Kept::default() };
-                let mut resumed = new();
-                resumed.train(&mut rest).unwrap();
-                assert!(resumed.model().unwrap().to_bytes() == model.to_bytes(), "{method}");
-            }
-            let mut loaded = new();
-            loaded.load(&model).unwrap();
-            let metrics = loaded.episode(3).unwrap();
-            assert_eq!(metrics, whole.episode(3).unwrap());
-            let (random, solved) = (metrics["random_return"], metrics["solved_return"]);
-            let score = (metrics["return"] - random) / (solved - random);
-            assert_eq!(metrics["normalised_return"], score);
-        }
-    }
-
-    #[test]
-    fn an_episode_s_score_is_the_share_of_the_best_return() {
-        let metrics = trial(ppo::METHOD.name, &[]).episode(3).unwrap();
-        assert_eq!(metrics["normalised_return"], metrics["return"] / 500.0);
-        assert!(metrics["return"] >= 1.0 && metrics["return"] < 200.0);
+    fn a_score_is_between_that_of_the_random_and_of_the_solved_policy() {
+        use crate::pendulum::{Pendulums, Scenario};
+        let scenario = Scenario::default();
+        let environment = Episodes::of(Pendulums::dynamics(&scenario, &[1.0, 1.0, 10.0]));
+        let mut trial = TaskTrial::<Pendulums>::new(environment, &scenario, "sac", 7).unwrap();
+        let metrics = trial.episode(3).unwrap();
+        let (random, solved) = (metrics["random_return"], metrics["solved_return"]);
+        let score = (metrics["return"] - random) / (solved - random);
+        assert_eq!(metrics["normalised_return"], score);
     }
 
     #[test]
@@ -308,14 +260,5 @@ mod tests {
                         smaller learning rate";
         assert!(matches!(&e, TrialError::Diverged(text) if text == expected), "{e}");
         assert!(kept.states.is_empty());
-    }
-
-    #[test]
-    fn a_checkpoint_of_another_method_does_not_fit() {
-        let mut kept = Kept::default();
-        trial(dqn::METHOD.name, &[]).train(&mut kept).unwrap();
-        let mut other = Kept { saved: kept.states.pop(), ..Kept::default() };
-        let e = trial(ppo::METHOD.name, &[]).train(&mut other).unwrap_err();
-        assert!(matches!(e, TrialError::Model(_)), "{e}");
     }
 }

@@ -3,3 +3,4 @@
 
 pub mod nn;
 pub mod rl;
+pub mod state;

@@ -1,6 +1,6 @@
 //! `ars`: augmented random search, as sb3-contrib has it.
 
-use evaluation::run::method::{Method, Training};
+use super::{Method, Training};
 pub use learners::rl::sb3::ars::{Ars as Algorithm, Settings as Config};
 
 /// `ars` as evaluation knows it.

@@ -1,7 +1,6 @@
 //! `dqn`: deep Q-learning, as Stable-Baselines3 has it.
 
-use super::weights;
-use evaluation::run::method::{Method, Training};
+use super::{Method, Training, weights};
 pub use learners::rl::sb3::dqn::{Dqn as Algorithm, Settings as Config};
 
 /// `dqn` as evaluation knows it.

@@ -7,6 +7,7 @@ pub mod sac;
 pub mod td3;
 pub mod trpo;
 
+use evaluation::run::method::{Method, Training};
 use learners::rl::sb3::Trainer;
 
 /// Makes a training of a method from a seed.

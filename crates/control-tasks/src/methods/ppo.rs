@@ -1,7 +1,6 @@
 //! `ppo`: proximal policy optimisation, as Stable-Baselines3 has it.
 
-use super::weights;
-use evaluation::run::method::{Method, Training};
+use super::{Method, Training, weights};
 pub use learners::rl::sb3::ppo::{Ppo as Algorithm, Settings as Config};
 
 /// `ppo` as evaluation knows it.

@@ -1,7 +1,6 @@
 //! `sac`: soft actor-critic, as Stable-Baselines3 has it.
 
-use super::weights;
-use evaluation::run::method::{Method, Training};
+use super::{Method, Training, weights};
 pub use learners::rl::sb3::sac::{Sac as Algorithm, Settings as Config};
 
 /// `sac` as evaluation knows it.

@@ -1,7 +1,6 @@
 //! `td3`: twin delayed deep deterministic policy gradient, as Stable-Baselines3 has it.
 
-use super::weights;
-use evaluation::run::method::{Method, Training};
+use super::{Method, Training, weights};
 pub use learners::rl::sb3::td3::{Settings as Config, Td3 as Algorithm};
 
 /// `td3` as evaluation knows it.
@@ -18,9 +17,6 @@ pub(crate) fn work(config: &Config, numbers: usize) -> f64 {
     let updates = f64::from(config.gradient_steps) / config.train_frequency as f64;
     let policy = 4.0 / f64::from(config.policy_delay);
     // Forward: policy and targets afterwards, both critics; backward: both critics; then what the policy takes.
-    let passes = 9.0 + 1.5 * policy;
-    passes
-        * updates
-        * config.batch_size as f64
-        * weights(numbers, config.hidden, config.second_hidden)
+    let passes = (9.0 + 1.5 * policy) * updates * config.batch_size as f64;
+    passes * weights(numbers, config.hidden, config.second_hidden)
 }

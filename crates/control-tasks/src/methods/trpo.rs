@@ -1,7 +1,6 @@
 //! `trpo`: trust region policy optimisation, as sb3-contrib has it.
 
-use super::weights;
-use evaluation::run::method::{Method, Training};
+use super::{Method, Training, weights};
 pub use learners::rl::sb3::trpo::{Settings as Config, Trpo as Algorithm};
 
 /// `trpo` as evaluation knows it.

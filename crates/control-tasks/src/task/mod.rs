@@ -6,10 +6,29 @@ use serde_json::Value;
 
 use self::scenario::Settings;
 use crate::episodes::{Dynamics, Episodes};
-use evaluation::family::{MdpFamily, PointMdp};
-use evaluation::run::domain::Objective;
-use evaluation::run::fault::Cause;
-use evaluation::stats::Side;
+use evaluation::family::MdpFamily;
+
+// What the file of a task is made of.
+pub(crate) use self::scenario::scenario;
+pub(crate) use evaluation::family::PointMdp;
+pub(crate) use evaluation::run::domain::Objective;
+pub(crate) use evaluation::run::fault::Cause;
+pub(crate) use evaluation::settings::setting::settings;
+pub(crate) use evaluation::stats::{Direction, Side};
+pub(crate) use learners::rl::environment::Actions;
+pub(crate) use learners::rl::random::Generator;
+
+/// An objective: the return in relation to that of known policies.
+pub(crate) const NORMALISED_RETURN: Objective = Objective {
+    metric: "normalised_return",
+    title: "normalised return",
+    unit: "",
+    direction: Direction::Higher,
+};
+
+/// An objective: the return.
+pub(crate) const RETURN: Objective =
+    Objective { metric: "return", title: "return", unit: "", direction: Direction::Higher };
 
 /// A number that one point MDP of a family differs in from another.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +41,24 @@ pub struct ContextFeature {
     pub default: f64,
     /// Abbreviation in the ids of point MDPs.
     pub short: &'static str,
+    /// The least and the largest value that it may have.
+    pub range: [f64; 2],
+}
+
+/// The least value of what has to be above 0.
+pub(crate) const ABOVE_0: f64 = f64::MIN_POSITIVE;
+
+/// Any value above 0.
+pub(crate) const POSITIVE: [f64; 2] = [ABOVE_0, f64::MAX];
+
+pub(crate) const fn feature(
+    name: &'static str,
+    unit: &'static str,
+    default: f64,
+    short: &'static str,
+    range: [f64; 2],
+) -> ContextFeature {
+    ContextFeature { name, unit, default, short, range }
 }
 
 /// A kind of control task with its family.
@@ -34,8 +71,6 @@ pub trait Task: std::fmt::Debug + Clone + Copy + Default + Send + Sync + 'static
     const SIMULATOR: &'static str;
     /// The features of a context.
     const FEATURES: &'static [ContextFeature];
-    /// Features that may be 0; all others are above it.
-    const MAY_BE_ZERO: &'static [&'static str] = &[];
     /// What scores compare.
     const OBJECTIVE: Objective;
     /// Beyond which value of the objective a method counts as failed.
@@ -67,7 +102,7 @@ pub trait Task: std::fmt::Debug + Clone + Copy + Default + Send + Sync + 'static
     /// Returns the point MDPs of the family, whose importances sum to 1.
     fn points() -> Vec<PointMdp>;
 
-    /// Checks a context beyond that its values are positive.
+    /// Checks a context beyond the ranges of its values.
     ///
     /// # Errors
     ///
@@ -88,6 +123,11 @@ pub trait Task: std::fmt::Debug + Clone + Copy + Default + Send + Sync + 'static
     fn scale(_environment: &Episodes<Self::Dynamics>) -> Scale {
         Scale { zero: 0.0, one: 1.0, names: None }
     }
+}
+
+/// Returns the features of a context one by one.
+pub(crate) fn all<const N: usize>(context: &[f64]) -> [f64; N] {
+    context.try_into().expect("a context has all features")
 }
 
 /// What turns the score of an episode into the objective: `(score - zero) / (one - zero)`.
@@ -163,8 +203,8 @@ pub(crate) mod testing {
 
     use std::collections::BTreeSet;
 
-    use learners::rl::environment::{Actions, Environment, play};
-    use learners::rl::random::Generator;
+    use learners::rl::environment::{Environment, play};
+    use learners::state::State as _;
 
     use super::*;
 
@@ -257,14 +297,5 @@ pub(crate) mod testing {
         let outcome = play(&mut new(), 3, &mut still);
         assert_eq!(outcome, play(&mut new(), 3, &mut still));
         assert!(outcome.steps <= T::Dynamics::HORIZON && outcome.steps > 0);
-        assert_eq!(outcome.score, one_score::<T>(&mut new(), &mut still));
-    }
-
-    fn one_score<T: Task>(
-        environment: &mut Episodes<T::Dynamics>,
-        policy: &mut dyn FnMut(&[f32], &mut [f32]),
-    ) -> f64 {
-        let outcome = play(environment, 3, policy);
-        environment.score(outcome.total)
     }
 }

@@ -53,14 +53,9 @@ pub trait Settings: Named + Default + Clone + std::fmt::Debug + Send + Sync + 's
     /// Its task.
     type Task: Task<Scenario = Self>;
 
-    /// Its domain, which says which task reads the file.
-    fn domain(&self) -> &str;
-
-    /// Name of the family, also the default results directory.
-    fn name(&self) -> &str;
-
-    /// Where the point MDPs come from.
-    fn family(&self) -> &FamilySettings;
+    /// Returns its domain, which says which task reads the file; the name of its family, also the default results
+    /// directory; and where the point MDPs come from.
+    fn head(&self) -> (&str, &str, &FamilySettings);
 
     /// Returns its sections by name.
     fn sections(&self) -> Vec<(&'static str, &dyn Section)>;
@@ -122,11 +117,12 @@ pub trait Settings: Named + Default + Clone + std::fmt::Debug + Send + Sync + 's
                 expected: expected.to_owned(),
             })
         };
-        if self.domain() != Self::Task::NAME {
-            return wrong("domain", self.domain(), &format!("expected {:?}", Self::Task::NAME));
+        let (domain, name, _) = self.head();
+        if domain != Self::Task::NAME {
+            return wrong("domain", domain, &format!("expected {:?}", Self::Task::NAME));
         }
-        if let Err(expected) = default_name::check(self.name()) {
-            return wrong("name", self.name(), expected);
+        if let Err(expected) = default_name::check(name) {
+            return wrong("name", name, expected);
         }
         all_within(&self.sections()).map_err(|OutOfRange { field, value, expected }| {
             FamilyError::Setting { file: file.to_owned(), field, value, expected }
@@ -154,7 +150,11 @@ fn on_preset<S: Settings>(settings: &Table) -> Result<S, String> {
 
 /// Makes the scenario of a task, with a section per method: modules of [`crate::methods`].
 macro_rules! scenario {
-    (task: $task:ty, environment: $environment:ty, methods: { $($method:ident),* }) => {
+    ($(#[$doc:meta])* task: $task:ident, environment: $environment:ty, methods: { $($method:ident),* }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, Default)]
+        pub struct $task;
+
         /// A scenario as written in TOML; all settings have defaults, unknown ones are errors.
         #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(deny_unknown_fields, default)]
@@ -210,16 +210,8 @@ macro_rules! scenario {
         impl $crate::task::scenario::Settings for Scenario {
             type Task = $task;
 
-            fn domain(&self) -> &str {
-                &self.domain
-            }
-
-            fn name(&self) -> &str {
-                &self.name
-            }
-
-            fn family(&self) -> &$crate::task::scenario::FamilySettings {
-                &self.family
+            fn head(&self) -> (&str, &str, &$crate::task::scenario::FamilySettings) {
+                (&self.domain, &self.name, &self.family)
             }
 
             fn sections(&self) -> Vec<(&'static str, &dyn evaluation::settings::setting::Section)> {

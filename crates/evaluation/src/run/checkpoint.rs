@@ -217,7 +217,7 @@ impl Keeper {
         state.put(KIND, CHECKPOINT);
         let stamp = self.stamp.clone();
         for (i, candidate) in validated.candidates.iter().enumerate() {
-            state.nest(&candidate_prefix(i), candidate.model.clone());
+            state.nest(&candidate_prefix(i), &candidate.model);
         }
         let (rows, validated) = (rows.to_vec(), validated.clone());
         state.put(TASK, Kept { stamp, rows, validated, wall_s, simulator_s });

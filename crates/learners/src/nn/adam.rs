@@ -1,7 +1,9 @@
 //! The optimiser Adam (Kingma and Ba, 2015), as PyTorch computes it.
 
-use super::archive::{Archive, ArchiveError};
-use super::kernel::{AdamStep, adam, sum_of_squares};
+use pulp::Arch;
+
+use super::kernel::sum_of_squares;
+use crate::state::{State, kept};
 
 /// Decay of the first moment.
 const BETA1: f32 = 0.9;
@@ -11,6 +13,9 @@ const BETA2: f32 = 0.999;
 
 /// Added to the norm of a gradient before dividing by it, as PyTorch's `clip_grad_norm_` does.
 const NORM_EPSILON: f32 = 1e-6;
+
+/// Moments smaller than this become zero: arithmetic on subnormal numbers takes the processor many times longer.
+const TINY: f32 = 1e-30;
 
 /// Adam and its moments for one vector of parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,46 +46,39 @@ impl Adam {
             (max_norm / (sum_of_squares(gradient).sqrt() + NORM_EPSILON)).min(1.0)
         });
         let correction = |beta: f32| 1.0 - f64::from(beta).powi(self.steps.cast_signed());
-        let step = AdamStep {
-            scale,
-            beta1: BETA1,
-            beta2: BETA2,
-            rate: (f64::from(self.learning_rate) / correction(BETA1)) as f32,
-            correction: correction(BETA2).sqrt() as f32,
-            epsilon: self.epsilon,
-        };
-        adam(parameters, gradient, &mut self.first, &mut self.second, step);
+        let rate = (f64::from(self.learning_rate) / correction(BETA1)) as f32;
+        let inverse = 1.0 / correction(BETA2).sqrt() as f32;
+        let Self { first, second, epsilon, .. } = self;
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let moments = first.iter_mut().zip(second);
+                for ((p, g), (m, v)) in parameters.iter_mut().zip(gradient).zip(moments) {
+                    let g = g * scale;
+                    let first = BETA1 * *m + (1.0 - BETA1) * g;
+                    let second = BETA2 * *v + (1.0 - BETA2) * g * g;
+                    *m = if first.abs() < TINY { 0.0 } else { first };
+                    *v = if second < TINY { 0.0 } else { second };
+                    *p -= rate * *m / (v.sqrt() * inverse + *epsilon);
+                }
+            },
+        );
     }
 
     /// Whether both moments are numbers.
     pub fn is_finite(&self) -> bool {
         self.first.iter().chain(&self.second).all(|m| m.is_finite())
     }
+}
 
-    /// Adds the moments to an archive.
-    pub fn save(&self, prefix: &str, archive: &mut Archive) {
-        archive.put_f32(format!("{prefix}adam.first"), &[self.first.len()], &self.first);
-        archive.put_f32(format!("{prefix}adam.second"), &[self.second.len()], &self.second);
-        archive.put(&format!("{prefix}adam.steps"), self.steps);
-    }
-
-    /// Takes the moments from an archive.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when they are missing or of another size.
-    pub fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        let shape = [self.first.len()];
-        self.first.copy_from_slice(archive.f32(&format!("{prefix}adam.first"), &shape)?);
-        self.second.copy_from_slice(archive.f32(&format!("{prefix}adam.second"), &shape)?);
-        self.steps = archive.get(&format!("{prefix}adam.steps"))?;
-        Ok(())
-    }
+impl State for Adam {
+    kept! { State { "adam.first": first, "adam.second": second, "adam.steps": steps } }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::nn::archive::Archive;
 
     #[test]
     fn the_first_steps_are_those_of_the_definition() {
@@ -105,6 +103,18 @@ mod tests {
         };
         assert!((moved(10.0, Some(0.5)) - moved(0.5, None)).abs() < 1e-6);
         assert_eq!(moved(0.4, Some(0.5)), moved(0.4, None));
+    }
+
+    #[test]
+    fn moments_never_become_subnormal() {
+        let mut adam = Adam::new(1, 1e-3, 1e-8);
+        (adam.first, adam.second) = (vec![1e-29], vec![1e-29]);
+        let fine = |moment: f32| moment == 0.0 || moment.is_normal();
+        for _ in 0..5000 {
+            adam.step(&mut [1.0], &[0.0], None);
+            assert!(fine(adam.first[0]) && fine(adam.second[0]));
+        }
+        assert_eq!((adam.first[0], adam.second[0]), (0.0, 0.0));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A 2 x 2 convolution of images of one channel, stride 1, no padding, on tiles.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 use super::tile::{TILE, sum};
 
@@ -36,7 +36,26 @@ impl Image {
     /// * `w`, `bias` — shapes `[4, channels]` and `[channels]`.
     /// * `y` — shape `[channels * positions, TILE]`.
     pub(super) fn forward(&self, x: &[f32], w: &[f32], bias: &[f32], y: &mut [f32]) {
-        Arch::new().dispatch(Forward { image: self, x, w, bias, y });
+        let (pixels, outputs) = (x.as_chunks::<TILE>().0, y.as_chunks_mut::<TILE>().0);
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let channels = outputs.chunks_exact_mut(self.positions()).zip(bias);
+                for (channel, (outputs, bias)) in channels.enumerate() {
+                    let w: [f32; KERNEL] = std::array::from_fn(|j| w[j * self.channels + channel]);
+                    for (patch, y) in self.patches.iter().zip(outputs) {
+                        let x = patch.map(|p| &pixels[p]);
+                        for r in 0..TILE {
+                            let mut sum = *bias;
+                            for j in 0..KERNEL {
+                                sum = w[j].mul_add(x[j][r], sum);
+                            }
+                            y[r] = sum;
+                        }
+                    }
+                }
+            },
+        );
     }
 
     /// Writes the outputs of a single image.
@@ -60,108 +79,31 @@ impl Image {
         dbias: &mut [f32],
         add: bool,
     ) {
-        Arch::new().dispatch(Backward { image: self, x, dy, dw, dbias, add });
-    }
-}
-
-struct Forward<'a> {
-    image: &'a Image,
-    x: &'a [f32],
-    w: &'a [f32],
-    bias: &'a [f32],
-    y: &'a mut [f32],
-}
-
-impl WithSimd for Forward<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        match S::F32_LANES {
-            16 => self.run::<S, 2>(simd),
-            8 => self.run::<S, 4>(simd),
-            4 => self.run::<S, 8>(simd),
-            _ => self.run::<S, TILE>(simd),
-        }
-    }
-}
-
-impl Forward<'_> {
-    #[inline(always)]
-    fn run<S: Simd, const V: usize>(self, simd: S) {
-        let Self { image, x, w, bias, y } = self;
-        let pixels = S::as_simd_f32s(x).0.as_chunks::<V>().0;
-        let outputs = S::as_mut_simd_f32s(y).0.as_chunks_mut::<V>().0;
-        let positions = image.positions();
-        for (channel, outputs) in outputs.chunks_exact_mut(positions).enumerate() {
-            let w: [_; KERNEL] =
-                std::array::from_fn(|j| simd.splat_f32s(w[j * image.channels + channel]));
-            let bias = simd.splat_f32s(bias[channel]);
-            for (patch, y) in image.patches.iter().zip(outputs) {
-                let x = patch.map(|p| &pixels[p]);
-                for v in 0..V {
-                    let mut sum = bias;
-                    for j in 0..KERNEL {
-                        sum = simd.mul_add_f32s(w[j], x[j][v], sum);
-                    }
-                    y[v] = sum;
-                }
-            }
-        }
-    }
-}
-
-struct Backward<'a> {
-    image: &'a Image,
-    x: &'a [f32],
-    dy: &'a [f32],
-    dw: &'a mut [f32],
-    dbias: &'a mut [f32],
-    add: bool,
-}
-
-impl WithSimd for Backward<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        match S::F32_LANES {
-            16 => self.run::<S, 2>(simd),
-            8 => self.run::<S, 4>(simd),
-            4 => self.run::<S, 8>(simd),
-            _ => self.run::<S, TILE>(simd),
-        }
-    }
-}
-
-impl Backward<'_> {
-    #[inline(always)]
-    fn run<S: Simd, const V: usize>(self, simd: S) {
-        let Self { image, x, dy, dw, dbias, add } = self;
-        let pixels = S::as_simd_f32s(x).0.as_chunks::<V>().0;
-        let gradients = S::as_simd_f32s(dy).0.as_chunks::<V>().0;
-        let total = |registers: &[S::f32s; V]| {
-            let mut row = [0.0; TILE];
-            S::as_mut_simd_f32s(&mut row).0.copy_from_slice(registers);
-            sum(&row)
+        let (pixels, gradients) = (x.as_chunks::<TILE>().0, dy.as_chunks::<TILE>().0);
+        let put = |to: &mut f32, sums: &[f32; TILE]| {
+            *to = if add { *to + sum(sums) } else { sum(sums) };
         };
-        for (channel, gradients) in gradients.chunks_exact(image.positions()).enumerate() {
-            let mut sums = [[simd.splat_f32s(0.0); V]; KERNEL];
-            let mut bias = [simd.splat_f32s(0.0); V];
-            for (patch, dy) in image.patches.iter().zip(gradients) {
-                let x = patch.map(|p| &pixels[p]);
-                for v in 0..V {
-                    bias[v] = simd.add_f32s(bias[v], dy[v]);
-                    for j in 0..KERNEL {
-                        sums[j][v] = simd.mul_add_f32s(dy[v], x[j][v], sums[j][v]);
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let channels = gradients.chunks_exact(self.positions()).zip(dbias);
+                for (channel, (gradients, dbias)) in channels.enumerate() {
+                    let (mut sums, mut bias) = ([[0.0; TILE]; KERNEL], [0.0; TILE]);
+                    for (patch, dy) in self.patches.iter().zip(gradients) {
+                        let x = patch.map(|p| &pixels[p]);
+                        for r in 0..TILE {
+                            bias[r] += dy[r];
+                            for j in 0..KERNEL {
+                                sums[j][r] = dy[r].mul_add(x[j][r], sums[j][r]);
+                            }
+                        }
+                    }
+                    put(dbias, &bias);
+                    for (j, sums) in sums.iter().enumerate() {
+                        put(&mut dw[j * self.channels + channel], sums);
                     }
                 }
-            }
-            let put = |to: &mut f32, value: f32| *to = if add { *to + value } else { value };
-            put(&mut dbias[channel], total(&bias));
-            for (j, sums) in sums.iter().enumerate() {
-                put(&mut dw[j * image.channels + channel], total(sums));
-            }
-        }
+            },
+        );
     }
 }

@@ -13,10 +13,6 @@ use super::tanh::tanh;
 /// Columns that [`one_row`] keeps in registers.
 const BLOCK: usize = 64;
 
-/// Numbers smaller than this become zero in the moments of an optimiser: arithmetic on subnormal
-/// numbers takes the processor many times longer.
-const TINY: f32 = 1e-30;
-
 /// `y = x w + bias` with `x` of shape `[rows, inner]` and `w` of shape `[inner, columns]`.
 pub(super) fn affine(x: &[f32], w: &[f32], bias: &[f32], y: &mut [f32]) {
     let columns = bias.len();
@@ -123,14 +119,8 @@ impl Activation {
     pub(super) fn apply(self, y: &mut [f32]) {
         match self {
             Self::None => {}
-            Self::Relu => Arch::new().dispatch(
-                #[inline(always)]
-                || y.iter_mut().for_each(|y| *y = relu(*y)),
-            ),
-            Self::Tanh => Arch::new().dispatch(
-                #[inline(always)]
-                || y.iter_mut().for_each(|y| *y = tanh(*y)),
-            ),
+            Self::Relu => each(y, relu),
+            Self::Tanh => each(y, tanh),
         }
     }
 
@@ -148,6 +138,13 @@ impl Activation {
             ),
         }
     }
+}
+
+fn each(y: &mut [f32], function: impl Fn(f32) -> f32) {
+    Arch::new().dispatch(
+        #[inline(always)]
+        || y.iter_mut().for_each(|y| *y = function(*y)),
+    );
 }
 
 /// The larger of 0 and x; what is no number stays none, so that it is noticed.
@@ -179,44 +176,6 @@ pub(super) fn sum_of_squares(x: &[f32]) -> f32 {
     )
 }
 
-/// Factors of one step of Adam.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct AdamStep {
-    /// Factor on the gradient, 1 unless it is clipped.
-    pub scale: f32,
-    /// Decay of the first moment.
-    pub beta1: f32,
-    /// Decay of the second moment.
-    pub beta2: f32,
-    /// Step size over the first moment's bias correction.
-    pub rate: f32,
-    /// Root of the second moment's bias correction.
-    pub correction: f32,
-    /// Added to the root of the second moment.
-    pub epsilon: f32,
-}
-
-/// One step of Adam on parameters and both moments.
-pub(super) fn adam(p: &mut [f32], g: &[f32], m: &mut [f32], v: &mut [f32], step: AdamStep) {
-    let AdamStep { scale, beta1, beta2, rate, correction, epsilon } = step;
-    let inverse = 1.0 / correction;
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for (((p, g), m), v) in p.iter_mut().zip(g).zip(m).zip(v) {
-                let g = g * scale;
-                let first = beta1 * *m + (1.0 - beta1) * g;
-                let second = beta2 * *v + (1.0 - beta2) * g * g;
-                let first = if first.abs() < TINY { 0.0 } else { first };
-                let second = if second < TINY { 0.0 } else { second };
-                *m = first;
-                *v = second;
-                *p -= rate * first / (second.sqrt() * inverse + epsilon);
-            }
-        },
-    );
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -236,24 +195,5 @@ mod tests {
                 assert!((a - b).abs() < 1e-3, "{a} {b}");
             }
         }
-    }
-
-    #[test]
-    fn moments_never_become_subnormal() {
-        let (mut p, mut m, mut v) = ([1.0], [1e-29], [1e-29]);
-        let step = AdamStep {
-            scale: 1.0,
-            beta1: 0.9,
-            beta2: 0.999,
-            rate: 1e-3,
-            correction: 1.0,
-            epsilon: 1e-8,
-        };
-        for _ in 0..5000 {
-            adam(&mut p, &[0.0], &mut m, &mut v, step);
-            assert!(m[0] == 0.0 || m[0].is_normal());
-            assert!(v[0] == 0.0 || v[0].is_normal());
-        }
-        assert_eq!((m[0], v[0]), (0.0, 0.0));
     }
 }

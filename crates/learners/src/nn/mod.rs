@@ -86,12 +86,8 @@ pub fn load(
 ) -> Result<Vec<f32>, ArchiveError> {
     let mut parameters = vec![0.0; network.parameters()];
     for part in network.parts() {
-        let name = format!("{prefix}{}", part.name);
-        let values = archive.f32(&name, &part.shape)?;
-        if values.iter().any(|v| !v.is_finite()) {
-            return Err(ArchiveError::NotFinite(name));
-        }
-        parameters[part.range].copy_from_slice(values);
+        let values = archive.finite(&format!("{prefix}{}", part.name), &part.shape)?;
+        parameters[part.range].copy_from_slice(&values);
     }
     Ok(parameters)
 }

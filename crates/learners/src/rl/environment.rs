@@ -1,6 +1,6 @@
 //! What an algorithm learns in: states as vectors of numbers, actions that are numbered or vectors, rewards.
 
-use crate::nn::archive::{Archive, ArchiveError};
+use crate::state::State;
 
 /// What an action led to, beside the state after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,8 +51,8 @@ impl Actions {
     }
 }
 
-/// A decision process of one agent, as in gymnasium.
-pub trait Environment {
+/// A decision process of one agent, as in gymnasium. Its state is that of a running episode.
+pub trait Environment: State {
     /// Numbers of an observation.
     fn width(&self) -> usize;
 
@@ -69,16 +69,6 @@ pub trait Environment {
     fn score(&self, total: f64) -> f64 {
         total
     }
-
-    /// Adds the state of a running episode to an archive.
-    fn save(&self, prefix: &str, archive: &mut Archive);
-
-    /// Takes the state of a running episode from an archive.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when it is missing or of another kind.
-    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
 }
 
 /// What an episode came to.

@@ -4,7 +4,7 @@
 
 pub mod dqn;
 pub mod environment;
-pub mod gae;
+mod followed;
 pub mod normalise;
 pub mod persist;
 pub mod ppo;

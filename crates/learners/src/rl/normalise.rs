@@ -1,6 +1,6 @@
 //! Shifts and scales observations by their running mean and deviation.
 
-use crate::nn::archive::{Archive, ArchiveError};
+use crate::state::{State, kept};
 
 /// Largest normalised value, in deviations.
 const LIMIT: f32 = 10.0;
@@ -51,39 +51,18 @@ impl Normaliser {
             *x = (scaled as f32).clamp(-LIMIT, LIMIT);
         }
     }
+}
 
-    /// Adds the statistics to an archive.
-    pub fn save(&self, prefix: &str, archive: &mut Archive) {
-        archive.put(&format!("{prefix}normaliser.mean"), &self.mean);
-        archive.put(&format!("{prefix}normaliser.squares"), &self.squares);
-        archive.put(&format!("{prefix}normaliser.count"), self.count);
-    }
-
-    /// Takes the statistics from an archive.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when they are missing or of another size.
-    pub fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        let name = |part: &str| format!("{prefix}normaliser.{part}");
-        let numbers = |part: &str| -> Result<Vec<f64>, ArchiveError> {
-            let values: Vec<f64> = archive.get(&name(part))?;
-            if values.len() == self.mean.len() {
-                Ok(values)
-            } else {
-                Err(ArchiveError::Card(name(part)))
-            }
-        };
-        let (mean, squares) = (numbers("mean")?, numbers("squares")?);
-        self.count = archive.get(&name("count"))?;
-        (self.mean, self.squares) = (mean, squares);
-        Ok(())
-    }
+impl State for Normaliser {
+    kept! { State {
+        "normaliser.mean": mean, "normaliser.squares": squares, "normaliser.count": count,
+    } }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::nn::archive::Archive;
 
     #[test]
     fn observations_get_mean_zero_and_deviation_one() {

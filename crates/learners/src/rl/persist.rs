@@ -1,9 +1,9 @@
 //! What a learner leaves behind and goes on from, whatever its algorithm.
 
-use crate::nn::archive::{Archive, ArchiveError};
+use crate::state::{Learned, State};
 
-/// A learner whose state can be kept; names in archives begin with a prefix, so that several fit into one.
-pub trait Persist {
+/// A learner; its state is taken between two episodes, or between two updates.
+pub trait Persist: State + Learned {
     /// Whether parameters and moments are numbers; where they are not, training has diverged.
     fn is_finite(&self) -> bool;
 
@@ -11,26 +11,6 @@ pub trait Persist {
     /// network whose units all give zero says the same everywhere, and no gradient brings it back. `true` where there
     /// are no states to ask about.
     fn is_alive(&mut self) -> bool;
-
-    /// Adds what was learned.
-    fn learned(&self, prefix: &str, archive: &mut Archive);
-
-    /// Takes over what [`Self::learned`] added, also in another learner.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when it does not fit the network.
-    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
-
-    /// Adds everything that learning goes on from.
-    fn save(&self, prefix: &str, archive: &mut Archive);
-
-    /// Goes on from what [`Self::save`] added, which is to be done between two episodes.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when it is of another shape.
-    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
 }
 
 /// States that are asked about to see whether a network is alive.

@@ -2,22 +2,14 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 use crate::nn::archive::{Archive, ArchiveError};
+use crate::state::State;
 use basics::seed::derive;
 
 /// One source of randomness, with a seed of its own.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Generator(ChaCha8Rng);
-
-/// What a generator's next number follows from.
-#[derive(Debug, Serialize, Deserialize)]
-struct State {
-    seed: [u8; 32],
-    /// A number of 68 bits, which JSON readers would round.
-    word: String,
-}
 
 impl Generator {
     /// Returns the generator for what `labels` name.
@@ -45,23 +37,19 @@ impl Generator {
     pub fn rng(&mut self) -> &mut ChaCha8Rng {
         &mut self.0
     }
+}
 
-    /// Adds the state to an archive.
-    pub fn save(&self, name: &str, archive: &mut Archive) {
-        let word = self.0.get_word_pos().to_string();
-        archive.put(name, State { seed: self.0.get_seed(), word });
+/// Its next number follows from a seed and a place of 68 bits, which JSON takes in two halves.
+impl State for Generator {
+    fn save(&self, prefix: &str, archive: &mut Archive) {
+        let place = self.0.get_word_pos();
+        archive.put(prefix, (self.0.get_seed(), (place >> 64) as u64, place as u64));
     }
 
-    /// Takes the state from an archive.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError::Card`] when it is not there.
-    pub fn restore(&mut self, name: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        let state: State = archive.get(name)?;
-        let word = state.word.parse().map_err(|_| ArchiveError::Card(name.to_owned()))?;
-        self.0 = ChaCha8Rng::from_seed(state.seed);
-        self.0.set_word_pos(word);
+    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+        let (seed, high, low): ([u8; 32], u64, u64) = archive.get(prefix)?;
+        self.0 = ChaCha8Rng::from_seed(seed);
+        self.0.set_word_pos(u128::from(high) << 64 | u128::from(low));
         Ok(())
     }
 }

@@ -3,6 +3,7 @@
 use super::persist::spread;
 use super::random::Generator;
 use crate::nn::archive::{Archive, ArchiveError};
+use crate::state::State;
 
 /// What happened in one decision.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,70 +25,53 @@ pub struct Transition<'a> {
 pub struct Replay {
     capacity: usize,
     width: usize,
-    states: Vec<f32>,
-    nexts: Vec<f32>,
-    actions: Vec<u32>,
-    rewards: Vec<f32>,
-    terminals: Vec<u32>,
+    /// Per transition both states, then action, reward and whether it was terminal.
+    rows: Vec<f32>,
     cursor: usize,
 }
 
 impl Replay {
     /// Returns an empty buffer of `capacity` transitions between states of `width` numbers.
     pub fn new(capacity: usize, width: usize) -> Self {
-        Self {
-            capacity,
-            width,
-            states: Vec::new(),
-            nexts: Vec::new(),
-            actions: Vec::new(),
-            rewards: Vec::new(),
-            terminals: Vec::new(),
-            cursor: 0,
-        }
+        Self { capacity, width, rows: Vec::new(), cursor: 0 }
+    }
+
+    /// Numbers of a transition.
+    fn row(&self) -> usize {
+        2 * self.width + 3
     }
 
     /// Number of transitions.
     pub fn len(&self) -> usize {
-        self.actions.len()
+        self.rows.len() / self.row()
     }
 
     /// Whether there is no transition.
     pub fn is_empty(&self) -> bool {
-        self.actions.is_empty()
+        self.rows.is_empty()
     }
 
     /// Adds a transition and returns its place.
     pub fn push(&mut self, transition: &Transition<'_>) -> usize {
-        let place = self.cursor;
+        let (place, row) = (self.cursor, self.row());
         self.cursor = (self.cursor + 1) % self.capacity;
         if self.len() < self.capacity {
-            self.states.extend_from_slice(transition.state);
-            self.nexts.extend_from_slice(transition.next);
-            self.actions.push(transition.action as u32);
-            self.rewards.push(transition.reward);
-            self.terminals.push(u32::from(transition.terminal));
-        } else {
-            let numbers = place * self.width..(place + 1) * self.width;
-            self.states[numbers.clone()].copy_from_slice(transition.state);
-            self.nexts[numbers].copy_from_slice(transition.next);
-            self.actions[place] = transition.action as u32;
-            self.rewards[place] = transition.reward;
-            self.terminals[place] = u32::from(transition.terminal);
+            self.rows.resize((place + 1) * row, 0.0);
         }
+        let (states, rest) = self.rows[place * row..][..row].split_at_mut(2 * self.width);
+        states[..self.width].copy_from_slice(transition.state);
+        states[self.width..].copy_from_slice(transition.next);
+        let Transition { action, reward, terminal, .. } = *transition;
+        rest.copy_from_slice(&[action as f32, reward, f32::from(u8::from(terminal))]);
         place
     }
 
     /// Returns the transition at a place.
     pub fn get(&self, place: usize) -> Transition<'_> {
-        let numbers = place * self.width..(place + 1) * self.width;
-        Transition {
-            state: &self.states[numbers.clone()],
-            action: self.actions[place] as usize,
-            reward: self.rewards[place],
-            next: &self.nexts[numbers],
-            terminal: self.terminals[place] != 0,
-        }
+        let (states, rest) = self.rows[place * self.row()..].split_at(2 * self.width);
+        let (state, next) = states.split_at(self.width);
+        let (action, reward, terminal) = (rest[0] as usize, rest[1], rest[2] != 0.0);
+        Transition { state, action, reward, next, terminal }
     }
 
     /// Draws different places, as many as `places` has room for.
@@ -110,37 +94,23 @@ impl Replay {
     pub fn probes(&self) -> Vec<f32> {
         spread(self.len()).flat_map(|place| self.get(place).state).copied().collect()
     }
+}
 
-    /// Adds the transitions to an archive.
-    pub fn save(&self, prefix: &str, archive: &mut Archive) {
-        let (rows, width) = (self.len(), self.width);
-        archive.put_f32(format!("{prefix}replay.states"), &[rows, width], &self.states);
-        archive.put_f32(format!("{prefix}replay.nexts"), &[rows, width], &self.nexts);
-        archive.put_u32(format!("{prefix}replay.actions"), &[rows], &self.actions);
-        archive.put_f32(format!("{prefix}replay.rewards"), &[rows], &self.rewards);
-        archive.put_u32(format!("{prefix}replay.terminals"), &[rows], &self.terminals);
-        archive.put(&format!("{prefix}replay.rows"), rows);
-        archive.put(&format!("{prefix}replay.cursor"), self.cursor);
+impl State for Replay {
+    fn save(&self, prefix: &str, archive: &mut Archive) {
+        archive.put(&format!("{prefix}len"), self.len());
+        archive.put(&format!("{prefix}cursor"), self.cursor);
+        archive.put_f32(format!("{prefix}rows"), &[self.len(), self.row()], &self.rows);
     }
 
-    /// Takes the transitions from an archive.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when they are missing or of another shape.
-    pub fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        let name = |part: &str| format!("{prefix}replay.{part}");
-        let rows: usize = archive.get(&name("rows"))?;
-        let cursor: usize = archive.get(&name("cursor"))?;
-        if rows > self.capacity || cursor >= self.capacity {
-            return Err(ArchiveError::Card(name("rows")));
+    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+        let [len, cursor] = ["len", "cursor"].map(|name| format!("{prefix}{name}"));
+        let (count, place): (usize, usize) = (archive.get(&len)?, archive.get(&cursor)?);
+        if count > self.capacity || place >= self.capacity {
+            return Err(ArchiveError::Card(len));
         }
-        self.states = archive.f32(&name("states"), &[rows, self.width])?.to_vec();
-        self.nexts = archive.f32(&name("nexts"), &[rows, self.width])?.to_vec();
-        self.actions = archive.u32(&name("actions"), &[rows])?.to_vec();
-        self.rewards = archive.f32(&name("rewards"), &[rows])?.to_vec();
-        self.terminals = archive.u32(&name("terminals"), &[rows])?.to_vec();
-        self.cursor = cursor;
+        self.rows = archive.f32(&format!("{prefix}rows"), &[count, self.row()])?;
+        self.cursor = place;
         Ok(())
     }
 }

@@ -27,7 +27,7 @@ use evaluation::settings::setting::settings;
 use learners::nn::Activation;
 use learners::nn::init::Init;
 use learners::nn::sequential::Sequential;
-use learners::rl::dqn::{Dqn, Settings};
+use learners::rl::dqn::{Dqn, Flavour, Settings};
 use learners::rl::persist::Persist;
 use learners::rl::random::Generator;
 use learners::rl::replay::Transition;
@@ -128,12 +128,13 @@ impl Agent for Idqn {
             gamma: config.gamma,
             buffer_size: config.buffer_size,
             batch_size: config.batch_size,
-            learning_starts: config.learning_starts,
+            learning_starts: config.learning_starts as u64,
             train_frequency: u64::from(config.train_frequency),
             target_network_frequency: u64::from(config.target_network_frequency),
-            double_dqn: config.double_dqn,
+            ..Settings::default()
         };
-        let dqn = Dqn::new(network, parameters, settings, seed, &[label]);
+        let flavour = Flavour::Pfrl { double: config.double_dqn };
+        let dqn = Dqn::new(network, parameters, settings, flavour, seed, &[label]);
         Self { config: config.clone(), phases, dqn }
     }
 
@@ -174,6 +175,7 @@ impl Agent for Idqn {
 
 #[cfg(test)]
 mod tests {
+    use super::super::state::LANE_WIDTH;
     use super::super::testing::{check_learner, check_shown, two_phase_signal};
     use super::*;
 
@@ -204,7 +206,7 @@ mod tests {
 
     #[test]
     fn it_learns_of_the_phase_that_was_shown() {
-        check_shown(&mut *learner(&small(), 2), "signal0.replay.actions");
+        check_shown(&mut *learner(&small(), 2), "signal0.replay.", 2 * LANE_WIDTH);
     }
 
     #[test]

@@ -21,8 +21,9 @@ use evaluation::settings::setting::settings;
 use learners::nn::init::Init;
 use learners::nn::sequential::Sequential;
 use learners::nn::{Activation, Network};
+use learners::rl::environment::Step as Played;
 use learners::rl::persist::Persist;
-use learners::rl::ppo::{End, Ppo, Settings};
+use learners::rl::ppo::{Ppo, Settings};
 use learners::rl::random::Generator;
 
 /// The method.
@@ -111,7 +112,7 @@ pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
 #[derive(Debug)]
 struct Ippo {
     config: Config,
-    ppo: Ppo<Sequential>,
+    ppo: Ppo,
     /// Draws phases in evaluation, so that training's draws stay as they are.
     evaluation: Generator,
     /// Draws phases in validation.
@@ -141,6 +142,7 @@ impl Agent for Ippo {
             value_coefficient: config.value_coefficient,
             entropy_coefficient: config.entropy_coefficient,
             max_grad_norm: config.max_grad_norm,
+            ..Settings::default()
         };
         let ppo = Ppo::new(network, parameters, settings, seed, &[label]);
         let evaluation = Generator::new(seed, &["evaluation", label]);
@@ -170,12 +172,9 @@ impl Agent for Ippo {
     /// The update weighs a phase by how likely the policy was to ask for it, so that this one counts, whatever
     /// was shown.
     fn learn(&mut self, step: &Step<'_>) {
-        let end = match (step.truncated, self.config.bootstrap_at_time_limit) {
-            (false, _) => End::None,
-            (true, false) => End::Terminal,
-            (true, true) => End::Truncated,
-        };
-        self.ppo.observe(step.state, step.asked, step.reward, step.next, end);
+        let terminated = step.truncated && !self.config.bootstrap_at_time_limit;
+        let played = Played { reward: step.reward, terminated, truncated: step.truncated };
+        self.ppo.observe(step.state, step.asked, played, step.next);
     }
 
     fn curve(&mut self, _: &TrainingState) -> Curve {

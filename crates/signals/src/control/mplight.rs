@@ -28,12 +28,13 @@ use evaluation::run::method::{Method, Training};
 use learners::nn::archive::Archive;
 use learners::nn::frap::{Frap, HEAD, PhaseLayout};
 use learners::nn::init::Init;
-use learners::rl::dqn::{Dqn, Settings};
+use learners::rl::dqn::{Dqn, Flavour, Settings};
 use learners::rl::normalise::Normaliser;
 use learners::rl::persist::Persist;
 use learners::rl::random::Generator;
 use learners::rl::replay::Transition;
 use learners::rl::schedule::linear_epsilon;
+use learners::state::{Learned as _, State as _};
 
 /// The method.
 pub const METHOD: Method = Method {
@@ -191,13 +192,14 @@ impl Learner for MpLight {
             gamma: config.gamma,
             buffer_size: config.buffer_size,
             batch_size: config.batch_size,
-            learning_starts: config.learning_starts,
+            learning_starts: config.learning_starts as u64,
             train_frequency: u64::from(config.train_frequency) * count,
             target_network_frequency: u64::from(config.target_network_frequency) * count,
-            double_dqn: config.double_dqn,
+            ..Settings::default()
         };
+        let flavour = Flavour::Pfrl { double: config.double_dqn };
         self.shared = (count > 0).then(|| Shared {
-            dqn: Dqn::new(network, parameters, settings, self.seed, &[]),
+            dqn: Dqn::new(network, parameters, settings, flavour, self.seed, &[]),
             normaliser: config.normalise_observations.then(|| Normaliser::new(width)),
         });
         Ok(())
@@ -337,7 +339,7 @@ mod tests {
 
     #[test]
     fn it_learns_of_the_phase_that_was_shown() {
-        check_shown(&mut *learner(&Config::default(), 2), "replay.actions");
+        check_shown(&mut *learner(&Config::default(), 2), "replay.", HEAD + 12);
     }
 
     #[test]

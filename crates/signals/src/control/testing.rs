@@ -3,6 +3,8 @@
 use std::cell::RefCell;
 
 use super::*;
+use learners::rl::replay::Replay;
+use learners::state::State as _;
 
 /// A signal with one lane, one movement and one phase per queue.
 pub(crate) fn two_phase_signal() -> SignalSpec {
@@ -204,18 +206,26 @@ impl Trainer for QueueWorld {
     }
 }
 
+/// Returns what a checkpoint remembers of decisions.
+pub(crate) fn remembered(checkpoint: &Archive, prefix: &str, width: usize) -> Replay {
+    let mut replay = Replay::new(10_000, width);
+    replay.restore(prefix, checkpoint).unwrap();
+    replay
+}
+
 /// Checks that a learner remembers the phase that was shown, not the one that it asked for.
 ///
 /// # Arguments
 ///
-/// * `actions` — where its checkpoints have what is remembered.
-pub(crate) fn check_shown(learner: &mut dyn Controller, actions: &str) {
-    let decisions = 2 * QueueWorld::DECISIONS;
+/// * `prefix`, `width` — where its checkpoints have what is remembered, and the numbers of a state.
+pub(crate) fn check_shown(learner: &mut dyn Controller, prefix: &str, width: usize) {
     let mut world = QueueWorld::new(vec![two_phase_signal()]);
     world.stubborn = true;
     learner.train(&mut world).unwrap();
     let last = world.kept.borrow_mut().pop().expect("a state per episode");
-    assert_eq!(last.u32(actions, &[decisions as usize]).unwrap(), vec![0; decisions as usize]);
+    let replay = remembered(&last, prefix, width);
+    assert_eq!(replay.len(), 2 * QueueWorld::DECISIONS as usize);
+    assert!((0..replay.len()).all(|place| replay.get(place).action == 0));
 }
 
 /// Checks what holds for every learner; `make` takes a number of episodes.

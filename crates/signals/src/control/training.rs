@@ -150,7 +150,7 @@ pub(super) fn check_shape(archive: &Archive, signals: &[SignalSpec]) -> Result<(
         words.join(", ")
     };
     let (found, wanted) = (words(&found), words(&wanted));
-    Err(ArchiveError::Signals { found, wanted }.into())
+    Err(ArchiveError::Unfit(format!("it is for signals of {found}, these have {wanted}")).into())
 }
 
 /// Shape of a signal, on which the networks of some learners depend.
@@ -202,7 +202,8 @@ pub(super) fn remarks(
 #[cfg(test)]
 mod tests {
     use super::super::idqn::{Config, create};
-    use super::super::testing::{QueueWorld, two_phase_signal};
+    use super::super::state::LANE_WIDTH;
+    use super::super::testing::{QueueWorld, remembered, two_phase_signal};
     use super::super::{Controller, Setup};
 
     fn small() -> Config {
@@ -215,15 +216,15 @@ mod tests {
 
     #[test]
     fn the_end_of_an_episode_is_terminal_unless_it_is_asked_not_to_be() {
-        for (bootstrap_at_time_limit, expected) in [(false, 1), (true, 0)] {
+        let count = QueueWorld::DECISIONS as usize;
+        for (bootstrap_at_time_limit, expected) in [(false, vec![count - 1]), (true, vec![])] {
             let mut world = QueueWorld::new(vec![two_phase_signal()]);
             let config = Config { bootstrap_at_time_limit, ..small() };
             learner(&config, 1).train(&mut world).unwrap();
             let state = world.kept.borrow_mut().pop().unwrap();
-            let count = QueueWorld::DECISIONS as usize;
-            let terminals = state.u32("signal0.replay.terminals", &[count]).unwrap();
-            assert_eq!(terminals[count - 1], expected);
-            assert!(terminals[..count - 1].iter().all(|t| *t == 0));
+            let replay = remembered(&state, "signal0.replay.", 2 * LANE_WIDTH);
+            let terminals = (0..count).filter(|place| replay.get(*place).terminal);
+            assert_eq!(terminals.collect::<Vec<_>>(), expected);
         }
     }
 

@@ -31,18 +31,29 @@ pub(super) struct Offsets {
     pub(super) end: usize,
 }
 
+/// Returns name, inputs and outputs of each part, in the order of the parameters; embeddings have no inputs.
+pub(super) fn table(width: usize) -> [(&'static str, usize, usize); 8] {
+    [
+        ("phase-bit", 0, EMBEDDING),
+        ("demand", width, EMBEDDING),
+        ("movement", 2 * EMBEDDING, MOVEMENT),
+        ("pair", 2 * MOVEMENT, PAIR),
+        ("relation", 0, EMBEDDING),
+        ("relation-map", EMBEDDING, PAIR),
+        ("competition", PAIR, PAIR),
+        ("value", PAIR, 1),
+    ]
+}
+
 impl Offsets {
     fn new(width: usize) -> Self {
-        let layer = |inputs: usize, outputs: usize| (inputs + 1) * outputs;
-        let bit = 0;
-        let demand = bit + 2 * EMBEDDING;
-        let movement = demand + layer(width, EMBEDDING);
-        let pair = movement + layer(2 * EMBEDDING, MOVEMENT);
-        let relation = pair + layer(2 * MOVEMENT, PAIR);
-        let relation_map = relation + 2 * EMBEDDING;
-        let competition = relation_map + layer(EMBEDDING, PAIR);
-        let value = competition + layer(PAIR, PAIR);
-        let end = value + layer(PAIR, 1);
+        let mut end = 0;
+        let starts = table(width).map(|(_, inputs, outputs)| {
+            let start = end;
+            end += if inputs == 0 { 2 * outputs } else { (inputs + 1) * outputs };
+            start
+        });
+        let [bit, demand, movement, pair, relation, relation_map, competition, value] = starts;
         Self { bit, demand, movement, pair, relation, relation_map, competition, value, end }
     }
 }
@@ -113,17 +124,13 @@ impl Frap {
     /// Returns parameters to start from: embeddings standard normal, the rest as `init` says.
     pub fn initial(&self, init: Init, rng: &mut ChaCha8Rng) -> Vec<f32> {
         let mut parameters = Vec::with_capacity(self.offsets.end);
-        let embedding = |parameters: &mut Vec<f32>, rng: &mut ChaCha8Rng| {
-            parameters.extend((0..2 * EMBEDDING).map(|_| rng.sample::<f32, _>(StandardNormal)));
-        };
-        embedding(&mut parameters, rng);
-        init.layer(self.width, EMBEDDING, rng, &mut parameters);
-        init.layer(2 * EMBEDDING, MOVEMENT, rng, &mut parameters);
-        init.layer(2 * MOVEMENT, PAIR, rng, &mut parameters);
-        embedding(&mut parameters, rng);
-        init.layer(EMBEDDING, PAIR, rng, &mut parameters);
-        init.layer(PAIR, PAIR, rng, &mut parameters);
-        init.layer(PAIR, 1, rng, &mut parameters);
+        for (_, inputs, outputs) in table(self.width) {
+            match inputs {
+                0 => parameters
+                    .extend((0..2 * outputs).map(|_| rng.sample::<f32, _>(StandardNormal))),
+                _ => init.layer(inputs, outputs, rng, &mut parameters),
+            }
+        }
         parameters
     }
 }

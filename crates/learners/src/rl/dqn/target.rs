@@ -1,52 +1,56 @@
 //! What the states after transitions are worth.
 
-use super::super::replay::Replay;
-use super::super::values::largest;
+use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::{Network, TILE};
+use crate::rl::followed::Followed;
+use crate::rl::replay::Replay;
+use crate::rl::values::largest;
+use crate::state::State;
 
-/// The target network's parameters and what they say of stored transitions.
-#[derive(Debug, Clone)]
+/// What the target network says of stored transitions. Until its next copy that stays the same, so that it is computed once.
+#[derive(Debug, Clone, Default)]
 pub(super) struct Target {
-    pub(super) parameters: Vec<f32>,
     /// Value of the state after each stored transition; NaN where the network was not asked.
     pub(super) values: Vec<f32>,
     /// Place up to which the network has been asked ahead.
-    pub(super) ahead: usize,
+    ahead: usize,
     states: Vec<f32>,
     asked: Vec<usize>,
     choices: Vec<usize>,
 }
 
 impl Target {
-    /// Returns the target of a learner that starts from these parameters.
-    pub(super) fn new(parameters: Vec<f32>) -> Self {
-        let (values, states) = (Vec::new(), Vec::new());
-        Self { parameters, values, ahead: 0, states, asked: Vec::new(), choices: Vec::new() }
-    }
-
-    /// Takes over what the online network has become.
-    pub(super) fn copy(&mut self, parameters: &[f32]) {
-        self.parameters.copy_from_slice(parameters);
-        self.values.fill(f32::NAN);
+    /// Forgets all values, as the network has changed.
+    pub(super) fn forget_all(&mut self) {
+        self.values.clear();
         self.ahead = 0;
     }
 
-    /// Forgets what was stored at a place; the replay buffer holds `len` transitions.
-    pub(super) fn forget(&mut self, place: usize, len: usize) {
-        self.values.resize(len, f32::NAN);
-        self.values[place] = f32::NAN;
+    /// Forgets what was stored at a place.
+    pub(super) fn forget(&mut self, place: usize) {
+        if let Some(value) = self.values.get_mut(place) {
+            *value = f32::NAN;
+        }
     }
 
-    /// Asks the target network for what it has not been asked since its last copy.
-    pub(super) fn value(&mut self, places: &[usize], replay: &Replay, network: &mut impl Network) {
-        let Self { states, asked, .. } = self;
+    /// Asks the target network for what it has not been asked since its last copy; where `is_double`, the online network
+    /// chooses the action that it values, and has changed.
+    pub(super) fn value<N: Network>(
+        &mut self,
+        places: &[usize],
+        replay: &Replay,
+        learned: &mut Followed<N>,
+        is_double: bool,
+    ) {
+        let Self { values, ahead, states, asked, choices } = self;
+        values.resize(replay.len(), f32::NAN);
         states.clear();
         asked.clear();
         for place in places.iter().copied() {
             let transition = replay.get(place);
             if transition.terminal {
-                self.values[place] = 0.0;
-            } else if self.values[place].is_nan() {
+                values[place] = 0.0;
+            } else if is_double || values[place].is_nan() {
                 asked.push(place);
                 states.extend_from_slice(transition.next);
             }
@@ -55,43 +59,33 @@ impl Target {
             return;
         }
         // A tile costs the same however few rows it has: ask ahead for what will be drawn later.
-        while !asked.len().is_multiple_of(TILE) && self.ahead < replay.len() {
-            let place = self.ahead;
-            let transition = replay.get(place);
-            if self.values[place].is_nan() && !transition.terminal && !asked.contains(&place) {
-                asked.push(place);
+        while !is_double && !asked.len().is_multiple_of(TILE) && *ahead < replay.len() {
+            let transition = replay.get(*ahead);
+            if values[*ahead].is_nan() && !transition.terminal && !asked.contains(ahead) {
+                asked.push(*ahead);
                 states.extend_from_slice(transition.next);
             }
-            self.ahead += 1;
+            *ahead += 1;
         }
-        let outputs = network.outputs();
-        let values = network.forward(&self.parameters, states);
-        for (place, values) in asked.iter().zip(values.chunks_exact(outputs)) {
-            self.values[*place] = values[largest(values)];
+        let Followed { network, parameters, target, .. } = learned;
+        let actions = network.outputs();
+        choices.clear();
+        if is_double {
+            choices.extend(network.forward(parameters, states).chunks_exact(actions).map(largest));
+        }
+        let rows = network.forward(target, states).chunks_exact(actions);
+        for (i, (place, row)) in asked.iter().zip(rows).enumerate() {
+            values[*place] = row[choices.get(i).copied().unwrap_or_else(|| largest(row))];
         }
     }
+}
 
-    /// Values the online network's choices by the target network.
-    pub(super) fn value_doubly(
-        &mut self,
-        places: &[usize],
-        replay: &Replay,
-        network: &mut impl Network,
-        online: &[f32],
-    ) {
-        let Self { states, choices, .. } = self;
-        states.clear();
-        places.iter().for_each(|p| states.extend_from_slice(replay.get(*p).next));
-        let outputs = network.outputs();
-        choices.clear();
-        let values = network.forward(online, states);
-        choices.extend(values.chunks_exact(outputs).map(largest));
-        let values = network.forward(&self.parameters, states);
-        for ((place, choice), values) in
-            places.iter().zip(choices.iter()).zip(values.chunks_exact(outputs))
-        {
-            let terminal = replay.get(*place).terminal;
-            self.values[*place] = if terminal { 0.0 } else { values[*choice] };
-        }
+/// It is computed again.
+impl State for Target {
+    fn save(&self, _: &str, _: &mut Archive) {}
+
+    fn restore(&mut self, _: &str, _: &Archive) -> Result<(), ArchiveError> {
+        self.forget_all();
+        Ok(())
     }
 }

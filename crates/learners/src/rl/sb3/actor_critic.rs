@@ -1,7 +1,9 @@
 //! A policy and a value of states: two networks that share nothing but their inputs, and what the policy's outputs mean.
 
+use std::ops::Range;
+
 use super::HIDDEN_LAYERS;
-use super::distribution::Distribution;
+use super::distribution::{Distribution, Flavour};
 use crate::nn::adam::Adam;
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::init::Init;
@@ -9,6 +11,7 @@ use crate::nn::sequential::Sequential;
 use crate::nn::{self, Activation, Network};
 use crate::rl::environment::Actions;
 use crate::rl::random::Generator;
+use crate::state::{Learned, State, kept};
 
 /// Gains of the orthogonal weights: of hidden layers, of the policy's last and of the value's last.
 const GAINS: [f32; 3] = [std::f32::consts::SQRT_2, 0.01, 1.0];
@@ -16,13 +19,18 @@ const GAINS: [f32; 3] = [std::f32::consts::SQRT_2, 0.01, 1.0];
 /// Both networks and their parameters: the policy's, the value's, the logarithms of the policy's deviations, which start
 /// at 0.
 #[derive(Debug, Clone)]
-pub(super) struct ActorCritic {
+pub(in crate::rl) struct ActorCritic {
     policy: Sequential,
-    value: Sequential,
+    /// `None` where the policy's last output is the value.
+    value: Option<Sequential>,
     pub(super) distribution: Distribution,
-    pub(super) parameters: Vec<f32>,
+    pub(in crate::rl) parameters: Vec<f32>,
     pub(super) gradient: Vec<f32>,
     adam: Adam,
+    /// Of one network for both: its outputs, without the values and the values, and their gradient.
+    outputs: Vec<f32>,
+    values: Vec<f32>,
+    joined: Vec<f32>,
 }
 
 /// What both networks say of some states.
@@ -59,88 +67,137 @@ impl ActorCritic {
             parameters.extend(network.initial(&init, draw.rng()));
         }
         parameters.extend(std::iter::repeat_n(0.0, Distribution::parameters(actions)));
+        let distribution = Distribution::new(actions, Flavour::StableBaselines3);
+        Self::of(policy, Some(value), distribution, parameters, adam_epsilon)
+    }
+
+    /// Returns one network for both, as PFRL's: logits of numbered actions, then the value.
+    pub(in crate::rl) fn joint(
+        network: Sequential,
+        parameters: Vec<f32>,
+        adam_epsilon: f32,
+    ) -> Self {
+        let actions = Actions::Numbered(network.outputs() - 1);
+        let distribution = Distribution::new(actions, Flavour::Pfrl);
+        Self::of(network, None, distribution, parameters, adam_epsilon)
+    }
+
+    fn of(
+        policy: Sequential,
+        value: Option<Sequential>,
+        distribution: Distribution,
+        parameters: Vec<f32>,
+        adam_epsilon: f32,
+    ) -> Self {
         Self {
             policy,
             value,
-            distribution: Distribution::new(actions),
+            distribution,
             gradient: vec![0.0; parameters.len()],
             adam: Adam::new(parameters.len(), 0.0, adam_epsilon),
             parameters,
+            outputs: Vec::new(),
+            values: Vec::new(),
+            joined: Vec::new(),
         }
     }
 
-    /// Returns the parameters of the policy, of the value, and the logarithms of deviations.
-    fn split(&self) -> (&[f32], &[f32], &[f32]) {
-        let (policy, rest) = self.parameters.split_at(self.policy.parameters());
-        let (value, log_std) = rest.split_at(self.value.parameters());
-        (policy, value, log_std)
+    /// Returns where the parameters of the policy's network are, of the value's, and the logarithms of deviations.
+    fn places(&self) -> [Range<usize>; 3] {
+        let policy = self.policy.parameters();
+        let end = policy + self.value.as_ref().map_or(0, Network::parameters);
+        [0..policy, policy..end, end..self.parameters.len()]
     }
 
     /// Returns where the parameters of the policy's network are, and where the logarithms of its deviations are.
-    pub(super) fn of_policy(&self) -> [std::ops::Range<usize>; 2] {
-        let (policy, value) = (self.policy.parameters(), self.value.parameters());
-        [0..policy, policy + value..self.parameters.len()]
+    pub(super) fn of_policy(&self) -> [Range<usize>; 2] {
+        let [policy, _, log_std] = self.places();
+        [policy, log_std]
     }
 
     /// Draws an action in a state and returns the logarithm of its probability.
-    pub(super) fn draw(
+    pub(in crate::rl) fn draw(
         &mut self,
         state: &[f32],
         generator: &mut Generator,
         action: &mut [f32],
     ) -> f32 {
-        let (policy, rest) = self.parameters.split_at(self.policy.parameters());
-        let log_std = &rest[self.value.parameters()..];
-        self.distribution.draw(self.policy.single(policy, state), log_std, generator, action)
+        let [policy, _, log_std] = self.places().map(|place| &self.parameters[place]);
+        let outputs = &self.policy.single(policy, state)[..self.distribution.outputs()];
+        self.distribution.draw(outputs, log_std, generator, action)
     }
 
     /// Writes the most likely action in a state.
-    pub(super) fn best(&mut self, state: &[f32], action: &mut [f32]) {
-        let policy = self.policy.parameters();
-        self.distribution.best(self.policy.single(&self.parameters[..policy], state), action);
+    pub(in crate::rl) fn best(&mut self, state: &[f32], action: &mut [f32]) {
+        let [policy, ..] = self.places().map(|place| &self.parameters[place]);
+        let outputs = &self.policy.single(policy, state)[..self.distribution.outputs()];
+        self.distribution.best(outputs, action);
     }
 
     /// Whether the policy says something of the state.
-    pub(super) fn is_alive(&mut self, states: &[f32]) -> bool {
-        let policy = self.policy.parameters();
-        self.distribution.is_alive(self.policy.forward(&self.parameters[..policy], states))
+    pub(in crate::rl) fn is_alive(&mut self, states: &[f32]) -> bool {
+        let outputs = self.forward(states).policy.to_vec();
+        self.distribution.is_alive(&outputs)
     }
 
     /// Returns the values of states.
-    pub(super) fn values(&mut self, states: &[f32]) -> &[f32] {
-        let (start, end) =
-            (self.policy.parameters(), self.policy.parameters() + self.value.parameters());
-        self.value.forward(&self.parameters[start..end], states)
+    pub(in crate::rl) fn values(&mut self, states: &[f32]) -> &[f32] {
+        if self.value.is_none() {
+            return self.forward(states).values;
+        }
+        let [_, of_value, _] = self.places();
+        let value = self.value.as_mut().expect("it is there");
+        value.forward(&self.parameters[of_value], states)
+    }
+
+    /// Writes the logarithms of the probabilities of actions in the states of the last [`Self::values`], where one network
+    /// gives both; those of PFRL's are computed before an update, not when an action is drawn.
+    pub(super) fn logs(&mut self, actions: &[f32], logs: &mut [f32]) {
+        if self.value.is_none() {
+            let rows = self.outputs.chunks_exact(self.distribution.outputs());
+            for ((row, action), log) in rows.zip(actions).zip(logs) {
+                *log = self.distribution.log(row, &[], &[*action]);
+            }
+        }
     }
 
     /// Returns what both networks say of the states of a minibatch.
     pub(super) fn forward(&mut self, states: &[f32]) -> Outputs<'_> {
-        let (policy, rest) = self.parameters.split_at(self.policy.parameters());
-        let (value, log_std) = rest.split_at(self.value.parameters());
-        let values = self.value.forward(value, states);
-        Outputs { policy: self.policy.forward(policy, states), log_std, values }
+        let [policy, of_value, log_std] = self.places().map(|place| &self.parameters[place]);
+        let policy = self.policy.forward(policy, states);
+        let Some(value) = &mut self.value else {
+            self.outputs.clear();
+            self.values.clear();
+            let actions = self.distribution.outputs();
+            for row in policy.chunks_exact(actions + 1) {
+                self.outputs.extend_from_slice(&row[..actions]);
+                self.values.push(row[actions]);
+            }
+            return Outputs { policy: &self.outputs, log_std, values: &self.values };
+        };
+        Outputs { policy, log_std, values: value.forward(of_value, states) }
     }
 
     /// Returns the numbers of an observation.
-    pub(super) fn inputs(&self) -> usize {
+    pub(in crate::rl) fn inputs(&self) -> usize {
         self.policy.inputs()
     }
 
     /// Returns what the policy says of states, the logarithms of its deviations, and what both mean.
     pub(super) fn say(&mut self, states: &[f32]) -> (&[f32], &[f32], &mut Distribution) {
-        let (policy, rest) = self.parameters.split_at(self.policy.parameters());
-        let log_std = &rest[self.value.parameters()..];
+        let [policy, _, log_std] = self.places().map(|place| &self.parameters[place]);
         (self.policy.forward(policy, states), log_std, &mut self.distribution)
     }
 
     /// One step of Adam against the value's gradient by values, after [`Self::values`] of these states; the policy stays.
     pub(super) fn descend_value(&mut self, states: &[f32], by_values: &[f32], learning_rate: f32) {
-        let (start, end) =
-            (self.policy.parameters(), self.policy.parameters() + self.value.parameters());
         // Where the gradient is always 0, Adam's moments are, and nothing moves.
         self.gradient.fill(0.0);
-        let (value, gradient) = (&self.parameters[start..end], &mut self.gradient[start..end]);
-        self.value.backward(value, states, by_values, gradient);
+        let [_, place, _] = self.places();
+        if let Some(value) = &mut self.value {
+            let gradient = &mut self.gradient[place.clone()];
+            value.backward(&self.parameters[place], states, by_values, gradient);
+        }
         self.descend(learning_rate, None);
     }
 
@@ -164,13 +221,23 @@ impl ActorCritic {
         by_log_std: &[f32],
         by_values: &[f32],
     ) {
-        let (policy, rest) = self.parameters.split_at(self.policy.parameters());
-        let (value, _) = rest.split_at(self.value.parameters());
-        let (policy_gradient, rest) = self.gradient.split_at_mut(policy.len());
-        let (value_gradient, log_std_gradient) = rest.split_at_mut(value.len());
-        self.policy.backward(policy, states, by_outputs, policy_gradient);
-        self.value.backward(value, states, by_values, value_gradient);
-        log_std_gradient.copy_from_slice(by_log_std);
+        let [policy, of_value, log_std] = self.places();
+        let mut by_policy = by_outputs;
+        match &mut self.value {
+            Some(value) => {
+                let gradient = &mut self.gradient[of_value.clone()];
+                value.backward(&self.parameters[of_value], states, by_values, gradient);
+            }
+            None => {
+                self.joined.clear();
+                let rows = by_outputs.chunks_exact(self.distribution.outputs()).zip(by_values);
+                rows.for_each(|(row, value)| self.joined.extend(row.iter().chain([value])));
+                by_policy = &self.joined;
+            }
+        }
+        let gradient = &mut self.gradient[policy.clone()];
+        self.policy.backward(&self.parameters[policy], states, by_policy, gradient);
+        self.gradient[log_std].copy_from_slice(by_log_std);
     }
 
     /// One step of Adam against the gradient, which may be cut to a norm.
@@ -179,45 +246,41 @@ impl ActorCritic {
         self.adam.step(&mut self.parameters, &self.gradient, max_grad_norm.into());
     }
 
-    pub(super) fn is_finite(&self) -> bool {
+    pub(in crate::rl) fn is_finite(&self) -> bool {
         self.parameters.iter().all(|p| p.is_finite()) && self.adam.is_finite()
     }
+}
 
-    pub(super) fn learned(&self, prefix: &str, archive: &mut Archive) {
-        let (policy, value, log_std) = self.split();
+/// One network for both has no names of parts.
+impl Learned for ActorCritic {
+    fn learned(&self, prefix: &str, archive: &mut Archive) {
+        let [policy, of_value, log_std] = self.places().map(|place| &self.parameters[place]);
+        let Some(value) = &self.value else {
+            return nn::save(&self.policy, policy, prefix, archive);
+        };
         nn::save(&self.policy, policy, &format!("{prefix}policy."), archive);
-        nn::save(&self.value, value, &format!("{prefix}value."), archive);
+        nn::save(value, of_value, &format!("{prefix}value."), archive);
         if !log_std.is_empty() {
             archive.put_f32(format!("{prefix}policy.log_std"), &[log_std.len()], log_std);
         }
     }
 
-    pub(super) fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+        let Some(value) = &self.value else {
+            self.parameters = nn::load(&self.policy, prefix, archive)?;
+            return Ok(());
+        };
         let mut parameters = nn::load(&self.policy, &format!("{prefix}policy."), archive)?;
-        parameters.extend(nn::load(&self.value, &format!("{prefix}value."), archive)?);
+        parameters.extend(nn::load(value, &format!("{prefix}value."), archive)?);
         let free = self.parameters.len() - parameters.len();
         if free > 0 {
-            let name = format!("{prefix}policy.log_std");
-            let log_std = archive.f32(&name, &[free])?;
-            if log_std.iter().any(|l| !l.is_finite()) {
-                return Err(ArchiveError::NotFinite(name));
-            }
-            parameters.extend_from_slice(log_std);
+            parameters.extend(archive.finite(&format!("{prefix}policy.log_std"), &[free])?);
         }
         self.parameters = parameters;
         Ok(())
     }
+}
 
-    pub(super) fn save(&self, prefix: &str, archive: &mut Archive) {
-        let shape = [self.parameters.len()];
-        archive.put_f32(format!("{prefix}parameters"), &shape, &self.parameters);
-        self.adam.save(prefix, archive);
-    }
-
-    pub(super) fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        let shape = [self.parameters.len()];
-        let parameters = archive.f32(&format!("{prefix}parameters"), &shape)?;
-        self.parameters.copy_from_slice(parameters);
-        self.adam.restore(prefix, archive)
-    }
+impl State for ActorCritic {
+    kept! { State { "parameters": parameters, "": adam } }
 }

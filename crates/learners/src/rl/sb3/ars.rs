@@ -10,13 +10,14 @@
 
 use basics::setting::settings;
 
+use super::distribution::{Distribution, Flavour};
 use super::lanes::Lanes;
 use super::{Progress, Trainer};
 use crate::nn::archive::{Archive, ArchiveError};
-use crate::rl::environment::{Actions, Environment};
+use crate::rl::environment::Environment;
 use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
-use crate::rl::values::largest;
+use crate::state::{Learned, State, kept};
 
 /// Added to what a step is divided by.
 const STEP_EPSILON: f32 = 1e-6;
@@ -45,7 +46,7 @@ settings! {
 #[derive(Debug, Clone)]
 pub struct Ars<E> {
     settings: Settings,
-    actions: Actions,
+    distribution: Distribution,
     lane: Lanes<E>,
     draws: Generator,
     steps: u64,
@@ -59,7 +60,6 @@ pub struct Ars<E> {
     order: Vec<usize>,
     outputs: Vec<f32>,
     action: Vec<f32>,
-    before: Vec<f32>,
     after: Vec<f32>,
 }
 
@@ -79,9 +79,8 @@ impl<E: Environment> Ars<E> {
             order: Vec::new(),
             outputs: vec![0.0; actions.outputs()],
             action: vec![0.0; actions.width()],
-            before: vec![0.0; width],
             after: vec![0.0; width],
-            actions,
+            distribution: Distribution::new(actions, Flavour::StableBaselines3),
             lane,
             settings,
         }
@@ -92,9 +91,8 @@ impl<E: Environment> Ars<E> {
         self.lane.begin(seeds);
         let mut total = 0.0f64;
         loop {
-            self.before.copy_from_slice(self.lane.observation(0));
-            say(&self.tried, &self.before, &mut self.outputs);
-            act(self.actions, &self.outputs, &mut self.action);
+            say(&self.tried, self.lane.observation(0), &mut self.outputs);
+            self.distribution.best(&self.outputs, &mut self.action);
             let step = self.lane.step(0, &self.action, &mut self.after, seeds);
             total += f64::from(step.reward + self.settings.alive_bonus);
             self.steps += 1;
@@ -148,16 +146,6 @@ fn say(weights: &[f32], observation: &[f32], outputs: &mut [f32]) {
     }
 }
 
-/// Writes the action that outputs stand for.
-fn act(actions: Actions, outputs: &[f32], action: &mut [f32]) {
-    match actions {
-        Actions::Numbered(_) => action[0] = largest(outputs) as f32,
-        Actions::Continuous { limit, .. } => {
-            action.iter_mut().zip(outputs).for_each(|(a, o)| *a = o.clamp(-limit, limit));
-        }
-    }
-}
-
 impl<E: Environment> Trainer for Ars<E> {
     fn advance(&mut self, steps: u64, seeds: &mut dyn FnMut(u32) -> u64) -> Progress {
         while !self.finished() && self.steps < steps {
@@ -176,7 +164,7 @@ impl<E: Environment> Trainer for Ars<E> {
 
     fn act(&mut self, observation: &[f32], action: &mut [f32]) {
         say(&self.weights, observation, &mut self.outputs);
-        act(self.actions, &self.outputs, action);
+        self.distribution.best(&self.outputs, action);
     }
 }
 
@@ -189,36 +177,23 @@ impl<E: Environment> Persist for Ars<E> {
     fn is_alive(&mut self) -> bool {
         self.weights.iter().any(|w| *w != 0.0)
     }
+}
 
+impl<E> Learned for Ars<E> {
     fn learned(&self, prefix: &str, archive: &mut Archive) {
-        let shape = [self.outputs.len(), self.before.len()];
+        let shape = [self.outputs.len(), self.after.len()];
         archive.put_f32(format!("{prefix}policy.weight"), &shape, &self.weights);
     }
 
     fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        let name = format!("{prefix}policy.weight");
-        let weights = archive.f32(&name, &[self.outputs.len(), self.before.len()])?;
-        if weights.iter().any(|w| !w.is_finite()) {
-            return Err(ArchiveError::NotFinite(name));
-        }
-        self.weights.copy_from_slice(weights);
+        let shape = [self.outputs.len(), self.after.len()];
+        self.weights = archive.finite(&format!("{prefix}policy.weight"), &shape)?;
         Ok(())
     }
+}
 
-    fn save(&self, prefix: &str, archive: &mut Archive) {
-        archive.put(&format!("{prefix}steps"), self.steps);
-        archive.put_f32(format!("{prefix}weights"), &[self.weights.len()], &self.weights);
-        self.draws.save(&format!("{prefix}draws"), archive);
-        self.lane.save(prefix, archive);
-    }
-
-    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.steps = archive.get(&format!("{prefix}steps"))?;
-        let weights = archive.f32(&format!("{prefix}weights"), &[self.weights.len()])?;
-        self.weights.copy_from_slice(weights);
-        self.draws.restore(&format!("{prefix}draws"), archive)?;
-        self.lane.restore(prefix, archive)
-    }
+impl<E: Environment> State for Ars<E> {
+    kept! { State { "steps": steps, "weights": weights, "draws": draws, "": lane } }
 }
 
 #[cfg(test)]
@@ -250,13 +225,5 @@ mod tests {
         ars.advance(u64::MAX, &mut |k| u64::from(k));
         let total = outcome(&Slider::default(), &mut ars);
         assert!(total > -1.5, "{total}");
-    }
-
-    #[test]
-    fn steps_are_worth_a_bonus() {
-        let bonus = Settings { alive_bonus: 1.0, ..settings() };
-        let mut ars = Ars::new(bonus, Slider::default(), 3);
-        let without = Ars::new(settings(), Slider::default(), 3).play(&mut |k| u64::from(k));
-        assert!((ars.play(&mut |k| u64::from(k)) - without - 20.0).abs() < 1e-4);
     }
 }

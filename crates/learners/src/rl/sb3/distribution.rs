@@ -13,17 +13,43 @@ use crate::rl::values::largest;
 /// Half the logarithm of 2 pi.
 const HALF_LOG_TAU: f32 = 0.918_938_5;
 
+/// Whose choices are made where implementations differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::rl) enum Flavour {
+    Pfrl,
+    StableBaselines3,
+}
+
+impl Flavour {
+    /// Returns the exponential function; PFRL's records were computed with the platform's.
+    pub(super) fn exp(self) -> fn(f32) -> f32 {
+        if self == Self::Pfrl { f32::exp } else { libm::expf }
+    }
+
+    fn ln(self) -> fn(f32) -> f32 {
+        if self == Self::Pfrl { f32::ln } else { libm::logf }
+    }
+}
+
 /// What the outputs of a policy mean.
 #[derive(Debug, Clone)]
 pub(super) struct Distribution {
     actions: Actions,
-    /// Logarithms of the probabilities of numbered actions in one state.
+    pub(super) flavour: Flavour,
+    /// Probabilities of numbered actions in one state, and their logarithms.
+    probabilities: Vec<f32>,
     logs: Vec<f32>,
 }
 
 impl Distribution {
-    pub(super) fn new(actions: Actions) -> Self {
-        Self { actions, logs: vec![0.0; actions.outputs()] }
+    pub(super) fn new(actions: Actions, flavour: Flavour) -> Self {
+        let zeros = vec![0.0; actions.outputs()];
+        Self { actions, flavour, probabilities: zeros.clone(), logs: zeros }
+    }
+
+    /// Returns the numbers that a policy gives for a state.
+    pub(super) fn outputs(&self) -> usize {
+        self.actions.outputs()
     }
 
     /// Returns how many parameters there are beside the network's: logarithms of deviations.
@@ -31,6 +57,22 @@ impl Distribution {
         match actions {
             Actions::Numbered(_) => 0,
             Actions::Continuous { count, .. } => count,
+        }
+    }
+
+    /// Computes the probabilities of numbered actions and their logarithms.
+    fn weigh(&mut self, logits: &[f32]) {
+        let exp = self.flavour.exp();
+        let largest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let sum: f32 = logits.iter().map(|logit| exp(logit - largest)).sum();
+        let log_of_sum = self.flavour.ln()(sum);
+        let all = self.probabilities.iter_mut().zip(&mut self.logs);
+        for ((p, log), logit) in all.zip(logits) {
+            *log = (logit - largest) - log_of_sum;
+            *p = match self.flavour {
+                Flavour::Pfrl => exp(logit - largest) / sum,
+                Flavour::StableBaselines3 => exp(*log),
+            };
         }
     }
 
@@ -44,8 +86,8 @@ impl Distribution {
     ) -> f32 {
         match self.actions {
             Actions::Numbered(_) => {
-                log_softmax(outputs, &mut self.logs);
-                let number = draw(&self.logs, generator);
+                self.weigh(outputs);
+                let number = draw(&self.probabilities, generator);
                 action[0] = number as f32;
                 self.logs[number]
             }
@@ -80,7 +122,7 @@ impl Distribution {
     pub(super) fn log(&mut self, outputs: &[f32], log_std: &[f32], action: &[f32]) -> f32 {
         match self.actions {
             Actions::Numbered(_) => {
-                log_softmax(outputs, &mut self.logs);
+                self.weigh(outputs);
                 self.logs[action[0] as usize]
             }
             Actions::Continuous { .. } => {
@@ -115,15 +157,16 @@ impl Distribution {
         let mut entropy = 0.0;
         match self.actions {
             Actions::Numbered(_) => {
-                // The gradient holds the probabilities until the entropy is known.
-                for (p, log) in by_outputs.iter_mut().zip(&self.logs) {
-                    *p = libm::expf(*log);
-                    entropy -= *p * log.max(f32::MIN);
-                }
-                for (a, (g, log)) in by_outputs.iter_mut().zip(&self.logs).enumerate() {
-                    let p = *g;
+                // Finite also where nothing is likely.
+                let finite = |(p, log): (&f32, &f32)| match self.flavour {
+                    Flavour::Pfrl => (*p, p.max(f32::MIN_POSITIVE).ln()),
+                    Flavour::StableBaselines3 => (*p, log.max(f32::MIN)),
+                };
+                let weights = self.probabilities.iter().zip(&self.logs).map(finite);
+                entropy -= weights.clone().map(|(p, log)| p * log).sum::<f32>();
+                for (a, (g, (p, log))) in by_outputs.iter_mut().zip(weights).enumerate() {
                     let chosen = if a == action[0] as usize { 1.0 } else { 0.0 };
-                    let by_entropy = entropy_coefficient * p * (log.max(f32::MIN) + entropy);
+                    let by_entropy = entropy_coefficient * p * (log + entropy);
                     *g = share * (slope * (chosen - p) + by_entropy);
                 }
             }
@@ -149,13 +192,13 @@ impl Distribution {
     ) -> f32 {
         match self.actions {
             Actions::Numbered(_) => {
-                log_softmax(outputs, &mut self.logs);
+                self.weigh(outputs);
                 // The logits before, up to what all of them have in common.
                 let largest = before.iter().copied().fold(f32::NEG_INFINITY, f32::max);
                 let sum: f32 = before.iter().map(|l| libm::expf(l - largest)).sum();
                 let log = libm::logf(sum);
-                let each = self.logs.iter().zip(before);
-                each.map(|(new, old)| libm::expf(*new) * (new - (old - largest - log))).sum()
+                let each = self.probabilities.iter().zip(&self.logs).zip(before);
+                each.map(|((p, new), old)| p * (new - (old - largest - log))).sum()
             }
             Actions::Continuous { .. } => {
                 let each = (0..outputs.len()).map(|i| {
@@ -181,11 +224,10 @@ impl Distribution {
     ) -> f32 {
         match self.actions {
             Actions::Numbered(_) => {
-                log_softmax(outputs, &mut self.logs);
-                let mean: f32 =
-                    self.logs.iter().zip(&*moved).map(|(l, m)| libm::expf(*l) * m).sum();
-                let each = moved.iter_mut().zip(&self.logs);
-                each.for_each(|(m, log)| *m = share * libm::expf(*log) * (*m - mean));
+                self.weigh(outputs);
+                let mean: f32 = self.probabilities.iter().zip(&*moved).map(|(p, m)| p * m).sum();
+                let each = moved.iter_mut().zip(&self.probabilities);
+                each.for_each(|(m, p)| *m = share * p * (*m - mean));
                 0.0
             }
             Actions::Continuous { .. } => {
@@ -206,44 +248,37 @@ impl Distribution {
     }
 }
 
-/// Draws an action from the logarithms of probabilities.
-fn draw(logs: &[f32], generator: &mut Generator) -> usize {
+/// Draws an action from probabilities.
+fn draw(probabilities: &[f32], generator: &mut Generator) -> usize {
     let mut left = generator.unit() as f32;
-    for (action, log) in logs.iter().enumerate() {
-        left -= libm::expf(*log);
+    for (action, p) in probabilities.iter().enumerate() {
+        left -= p;
         if left < 0.0 {
             return action;
         }
     }
     // Rounding may leave a trace: the last action that can happen.
-    logs.iter().rposition(|log| *log > f32::NEG_INFINITY).unwrap_or(0)
-}
-
-/// Writes the logarithms of the probabilities that logits stand for.
-fn log_softmax(logits: &[f32], logs: &mut [f32]) {
-    let largest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    let sum: f32 = logits.iter().map(|l| libm::expf(l - largest)).sum();
-    let log = libm::logf(sum);
-    logs.iter_mut().zip(logits).for_each(|(to, l)| *to = (l - largest) - log);
+    probabilities.iter().rposition(|p| *p > 0.0).unwrap_or(0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const SB3: Flavour = Flavour::StableBaselines3;
+
     const BOTH: [Actions; 2] = [Actions::Numbered(3), Actions::Continuous { count: 3, limit: 2.0 }];
 
     #[test]
     fn actions_are_drawn_as_often_as_they_are_likely() {
         let mut generator = Generator::new(1, &[]);
-        let logs = [0.25f32.ln(), 0.75f32.ln()];
-        let count = (0..10_000).filter(|_| draw(&logs, &mut generator) == 1).count();
+        let count = (0..10_000).filter(|_| draw(&[0.25, 0.75], &mut generator) == 1).count();
         assert!((7350..7650).contains(&count), "{count}");
     }
 
     #[test]
     fn continuous_actions_have_their_mean_and_deviation_and_are_cut_only_when_done() {
-        let mut distribution = Distribution::new(Actions::Continuous { count: 1, limit: 2.0 });
+        let mut distribution = Distribution::new(Actions::Continuous { count: 1, limit: 2.0 }, SB3);
         let mut generator = Generator::new(1, &[]);
         let (mut sum, mut squares, mut beyond) = (0.0, 0.0, 0);
         let mut action = [0.0];
@@ -270,8 +305,8 @@ mod tests {
 
     #[test]
     fn gradients_are_those_of_finite_differences() {
-        for actions in BOTH {
-            let mut distribution = Distribution::new(actions);
+        for (actions, flavour) in [(BOTH[0], SB3), (BOTH[1], SB3), (BOTH[0], Flavour::Pfrl)] {
+            let mut distribution = Distribution::new(actions, flavour);
             let (outputs, log_std) = (numbers(1), numbers(2).map(|x| 0.3 * x));
             let action = match actions {
                 Actions::Numbered(_) => vec![2.0],
@@ -308,7 +343,7 @@ mod tests {
     #[test]
     fn the_metric_is_the_curvature_of_the_divergence() {
         for actions in BOTH {
-            let mut distribution = Distribution::new(actions);
+            let mut distribution = Distribution::new(actions, SB3);
             let (outputs, log_std, direction) = (numbers(1), numbers(2), numbers(4));
             let mut at = |step: f32, deviations: f32| {
                 let moved: Vec<f32> =
@@ -331,7 +366,7 @@ mod tests {
 
     #[test]
     fn huge_logits_give_finite_gradients() {
-        let mut distribution = Distribution::new(BOTH[0]);
+        let mut distribution = Distribution::new(BOTH[0], SB3);
         let outputs = [1e30, -1e30, 0.0];
         let log = distribution.log(&outputs, &[], &[0.0]);
         let mut by_outputs = [0.0; 3];

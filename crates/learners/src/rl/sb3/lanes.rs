@@ -1,8 +1,8 @@
 //! Environments that are played side by side, each with one episode after the other.
 
 use super::Progress;
-use crate::nn::archive::{Archive, ArchiveError};
 use crate::rl::environment::{Actions, Environment, Step};
+use crate::state::{State, kept};
 
 /// An environment and its running episode.
 #[derive(Debug, Clone)]
@@ -100,28 +100,12 @@ impl<E: Environment> Lanes<E> {
         let (mean_return, mean_score) = (mean(returns), mean(scores));
         Progress { begun: self.begun, episodes, mean_return, mean_score, ..Progress::default() }
     }
+}
 
-    pub(super) fn save(&self, prefix: &str, archive: &mut Archive) {
-        archive.put(&format!("{prefix}episodes"), self.begun);
-        for (i, lane) in self.lanes.iter().enumerate() {
-            let prefix = format!("{prefix}lane{i}.");
-            archive.put(&format!("{prefix}total"), lane.total);
-            let shape = [lane.observation.len()];
-            archive.put_f32(format!("{prefix}observation"), &shape, &lane.observation);
-            lane.environment.save(&prefix, archive);
-        }
-    }
+impl<E: Environment> State for Lane<E> {
+    kept! { State { "total": total, "observation": observation, "": environment } }
+}
 
-    pub(super) fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.begun = archive.get(&format!("{prefix}episodes"))?;
-        for (i, lane) in self.lanes.iter_mut().enumerate() {
-            let prefix = format!("{prefix}lane{i}.");
-            lane.total = archive.get(&format!("{prefix}total"))?;
-            let shape = [lane.observation.len()];
-            let observation = archive.f32(&format!("{prefix}observation"), &shape)?;
-            lane.observation.copy_from_slice(observation);
-            lane.environment.restore(&prefix, archive)?;
-        }
-        Ok(())
-    }
+impl<E: Environment> State for Lanes<E> {
+    kept! { State { "episodes": begun, "lane": lanes } }
 }

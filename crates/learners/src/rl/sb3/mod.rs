@@ -4,15 +4,15 @@
 //! step: here a trainer holds its environments, plays and learns until a number of steps is done. It can stop
 //! after every update; what it then saves is all that it goes on from, with the same bytes at the end.
 
-mod actor_critic;
+pub(super) mod actor_critic;
 pub mod ars;
-mod distribution;
+pub(super) mod distribution;
 pub mod dqn;
 mod lanes;
 mod off_policy;
-mod on_policy;
+pub(super) mod on_policy;
 pub mod ppo;
-mod rollout;
+pub(super) mod rollout;
 pub mod sac;
 pub mod td3;
 #[cfg(test)]

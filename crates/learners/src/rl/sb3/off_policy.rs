@@ -12,21 +12,26 @@
 
 use super::lanes::Lanes;
 use super::{Progress, Trainer};
-use crate::nn::adam::Adam;
-use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::init::Init;
 use crate::nn::sequential::Sequential;
-use crate::nn::{self, Activation, Network};
+use crate::nn::{Activation, Network};
 use crate::rl::environment::{Actions, Environment};
+use crate::rl::followed::Followed;
 use crate::rl::persist::{Persist, depends_on_state};
 use crate::rl::random::Generator;
 use crate::rl::replay::{Replay, Transition};
+use crate::rl::values::Losses;
+use crate::state::{Learned, State, kept};
 
-/// How steps and updates alternate.
+/// Settings that all have.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Play {
     /// Steps of the training.
     pub total_steps: u64,
+    pub learning_rate: f32,
+    pub adam_epsilon: f32,
+    pub gamma: f32,
+    pub tau: f32,
     /// Steps in the replay buffer.
     pub buffer_size: usize,
     /// Steps per update.
@@ -53,7 +58,7 @@ pub(super) struct Batch {
 }
 
 /// What an algorithm learns, with actions from -1 to 1.
-pub trait Learner {
+pub trait Learner: State + Learned {
     /// Writes the action of a state while learning.
     fn explore(&mut self, observation: &[f32], draws: &mut Generator, action: &mut [f32]);
 
@@ -69,26 +74,6 @@ pub trait Learner {
 
     /// Whether all that was learned are numbers.
     fn is_finite(&self) -> bool;
-
-    /// As [`Trainer::learned`].
-    fn learned(&self, prefix: &str, archive: &mut Archive);
-
-    /// As [`Trainer::load`].
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when it does not fit.
-    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
-
-    /// As [`Trainer::save`].
-    fn save(&self, prefix: &str, archive: &mut Archive);
-
-    /// As [`Trainer::restore`].
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when it does not fit.
-    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
 }
 
 /// A training of an algorithm that learns from a replay buffer.
@@ -182,20 +167,14 @@ impl<E: Environment, L: Learner> OffPolicy<E, L> {
 
 impl<E: Environment, L: Learner> Trainer for OffPolicy<E, L> {
     fn advance(&mut self, steps: u64, seeds: &mut dyn FnMut(u32) -> u64) -> Progress {
-        let (mut loss, mut losses) = (0.0, 0u32);
+        let mut losses = Losses::default();
         while !self.finished() && self.steps < steps {
-            for _ in 0..self.play.train_frequency {
-                self.step(seeds);
-            }
+            (0..self.play.train_frequency).for_each(|_| self.step(seeds));
             if self.steps > self.play.learning_starts {
-                for _ in 0..self.play.gradient_steps {
-                    loss += self.update();
-                    losses += 1;
-                }
+                (0..self.play.gradient_steps).for_each(|_| losses.add(self.update(), 0.0));
             }
         }
-        let loss = (losses > 0).then(|| loss / f64::from(losses));
-        Progress { steps: self.steps, loss, ..self.lane.report() }
+        Progress { steps: self.steps, loss: losses.take().0, ..self.lane.report() }
     }
 
     fn steps(&self) -> u64 {
@@ -226,32 +205,16 @@ impl<E: Environment, L: Learner> Persist for OffPolicy<E, L> {
         let outputs = self.learner.outputs(&states);
         depends_on_state(outputs, outputs.len() / rows)
     }
+}
 
-    fn learned(&self, prefix: &str, archive: &mut Archive) {
-        self.learner.learned(prefix, archive);
-    }
+impl<E, L: Learner> Learned for OffPolicy<E, L> {
+    kept! { Learned { "": learner } }
+}
 
-    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.learner.load(prefix, archive)
-    }
-
-    fn save(&self, prefix: &str, archive: &mut Archive) {
-        archive.put(&format!("{prefix}steps"), self.steps);
-        self.learner.save(prefix, archive);
-        self.replay.save(prefix, archive);
-        self.places.save(&format!("{prefix}places"), archive);
-        self.draws.save(&format!("{prefix}draws"), archive);
-        self.lane.save(prefix, archive);
-    }
-
-    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.steps = archive.get(&format!("{prefix}steps"))?;
-        self.learner.restore(prefix, archive)?;
-        self.replay.restore(prefix, archive)?;
-        self.places.restore(&format!("{prefix}places"), archive)?;
-        self.draws.restore(&format!("{prefix}draws"), archive)?;
-        self.lane.restore(prefix, archive)
-    }
+impl<E: Environment, L: Learner> State for OffPolicy<E, L> {
+    kept! { State {
+        "steps": steps, "": learner, "replay.": replay, "places": places, "draws": draws, "": lane,
+    } }
 }
 
 /// Returns a network of hidden layers with ReLU, as Stable-Baselines3's for these algorithms.
@@ -265,87 +228,29 @@ pub(super) fn network(
     hidden.iter().fold(Sequential::new(inputs), layer).linear(outputs, last)
 }
 
-/// A network's parameters and those of its slow copy, with an optimiser.
-#[derive(Debug, Clone)]
-pub(super) struct Followed {
-    pub(super) network: Sequential,
-    pub(super) parameters: Vec<f32>,
-    pub(super) target: Vec<f32>,
-    pub(super) gradient: Vec<f32>,
-    adam: Adam,
-}
-
-impl Followed {
-    pub(super) fn new(
-        network: Sequential,
-        learning_rate: f32,
-        adam_epsilon: f32,
-        seed: u64,
-        labels: &[&str],
-    ) -> Self {
-        let mut draw = Generator::new(seed, labels);
-        let parameters = network.initial(&|_| Init::Uniform, draw.rng());
-        Self {
-            network,
-            target: parameters.clone(),
-            gradient: vec![0.0; parameters.len()],
-            adam: Adam::new(parameters.len(), learning_rate, adam_epsilon),
-            parameters,
-        }
-    }
-
-    /// One step of Adam against the gradient by the outputs of the last forward pass of these inputs, cut to a norm.
-    pub(super) fn descend(&mut self, inputs: &[f32], by_outputs: &[f32], max_norm: Option<f32>) {
-        self.network.backward(&self.parameters, inputs, by_outputs, &mut self.gradient);
-        self.adam.step(&mut self.parameters, &self.gradient, max_norm);
-    }
-
-    /// Returns the outputs of one row of inputs.
-    pub(super) fn values(&mut self, inputs: &[f32]) -> &[f32] {
-        self.network.single(&self.parameters, inputs)
-    }
-
-    /// Moves the slow copy by a share.
-    pub(super) fn follow(&mut self, tau: f32) {
-        self.target
-            .iter_mut()
-            .zip(&self.parameters)
-            .for_each(|(t, p)| *t = tau.mul_add(*p - *t, *t));
-    }
-
-    pub(super) fn is_finite(&self) -> bool {
-        self.parameters.iter().all(|p| p.is_finite()) && self.adam.is_finite()
-    }
-
-    pub(super) fn learned(&self, prefix: &str, archive: &mut Archive) {
-        nn::save(&self.network, &self.parameters, prefix, archive);
-    }
-
-    pub(super) fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.parameters = nn::load(&self.network, prefix, archive)?;
-        self.target.copy_from_slice(&self.parameters);
-        Ok(())
-    }
-
-    pub(super) fn save(&self, prefix: &str, archive: &mut Archive) {
-        let shape = [self.parameters.len()];
-        archive.put_f32(format!("{prefix}parameters"), &shape, &self.parameters);
-        archive.put_f32(format!("{prefix}target"), &shape, &self.target);
-        self.adam.save(prefix, archive);
-    }
-
-    pub(super) fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        let shape = [self.parameters.len()];
-        self.parameters.copy_from_slice(archive.f32(&format!("{prefix}parameters"), &shape)?);
-        self.target.copy_from_slice(archive.f32(&format!("{prefix}target"), &shape)?);
-        self.adam.restore(prefix, archive)
-    }
+/// Returns such a network with PyTorch's uniform weights, drawn for a name, and its slow copy.
+pub(super) fn followed(
+    network: Sequential,
+    learning_rate: f32,
+    adam_epsilon: f32,
+    seed: u64,
+    name: &str,
+) -> Followed<Sequential> {
+    let mut draw = Generator::new(seed, &["initial", name]);
+    let parameters = network.initial(&|_| Init::Uniform, draw.rng());
+    Followed::new(network, parameters, learning_rate, adam_epsilon)
 }
 
 /// Two critics.
 #[derive(Debug, Clone)]
 pub(super) struct Critics {
-    pub(super) both: [Followed; 2],
+    pub(super) both: [Followed<Sequential>; 2],
+    buffers: Buffers,
+}
+
+/// Numbers of an update.
+#[derive(Debug, Clone, Default)]
+struct Buffers {
     /// What both are to become for a batch.
     targets: Vec<f32>,
     by_outputs: Vec<f32>,
@@ -367,17 +272,9 @@ impl Critics {
     ) -> Self {
         let one = |name| {
             let network = network(inputs, hidden, 1, Activation::None);
-            Followed::new(network, learning_rate, adam_epsilon, seed, &["initial", name])
+            followed(network, learning_rate, adam_epsilon, seed, name)
         };
-        Self {
-            both: [one("critic0"), one("critic1")],
-            targets: Vec::new(),
-            by_outputs: Vec::new(),
-            by_inputs: Vec::new(),
-            by_actions: Vec::new(),
-            values: Vec::new(),
-            seen: Vec::new(),
-        }
+        Self { both: [one("critic0"), one("critic1")], buffers: Buffers::default() }
     }
 
     /// One step of both towards reward plus `gamma` times the smaller of the slow copies' values of the pairs afterwards,
@@ -395,24 +292,25 @@ impl Critics {
         weight: f32,
     ) -> f64 {
         let count = batch.rewards.len();
+        let Buffers { targets, by_outputs, .. } = &mut self.buffers;
         let [first, second] = &mut self.both;
         let a = first.network.forward(&first.target, after);
         let b = second.network.forward(&second.target, after);
-        self.targets.clear();
-        self.targets
+        targets.clear();
+        targets
             .extend((0..count).map(|i| {
                 batch.rewards[i] + batch.follows[i] * gamma * (a[i].min(b[i]) - costs[i])
             }));
         let mut squares = 0.0;
         for critic in &mut self.both {
             let values = critic.network.forward(&critic.parameters, &batch.pairs);
-            self.by_outputs.clear();
-            for (value, target) in values.iter().zip(&self.targets) {
+            by_outputs.clear();
+            for (value, target) in values.iter().zip(&*targets) {
                 let error = value - target;
                 squares += f64::from(error * error) / count as f64;
-                self.by_outputs.push(weight * 2.0 * error / count as f32);
+                by_outputs.push(weight * 2.0 * error / count as f32);
             }
-            critic.descend(&batch.pairs, &self.by_outputs, None);
+            critic.descend(&batch.pairs, by_outputs, None);
         }
         squares
     }
@@ -425,30 +323,28 @@ impl Critics {
         actions: usize,
         first_only: bool,
     ) -> (&[f32], &[f32]) {
+        let Buffers { by_outputs, by_inputs, by_actions, values, seen, .. } = &mut self.buffers;
         let width = self.both[0].network.inputs();
         let count = pairs.len() / width;
-        self.by_inputs.resize(pairs.len(), 0.0);
-        self.by_actions.resize(count * actions, 0.0);
-        self.by_outputs.clear();
-        self.by_outputs.resize(count, 1.0);
-        self.values.clear();
-        self.values.resize(count, f32::INFINITY);
+        by_inputs.resize(pairs.len(), 0.0);
+        by_actions.resize(count * actions, 0.0);
+        by_outputs.clear();
+        by_outputs.resize(count, 1.0);
+        values.clear();
+        values.resize(count, f32::INFINITY);
         for critic in &mut self.both[..if first_only { 1 } else { 2 }] {
-            self.seen.clear();
-            self.seen.extend_from_slice(critic.network.forward(&critic.parameters, pairs));
-            critic
-                .network
-                .backward_to_inputs(&critic.parameters, &self.by_outputs, &mut self.by_inputs);
-            let rows =
-                self.by_inputs.chunks_exact(width).zip(self.by_actions.chunks_exact_mut(actions));
-            for ((i, least), (from, to)) in self.values.iter_mut().enumerate().zip(rows) {
-                if self.seen[i] < *least {
-                    *least = self.seen[i];
+            seen.clear();
+            seen.extend_from_slice(critic.network.forward(&critic.parameters, pairs));
+            critic.network.backward_to_inputs(&critic.parameters, by_outputs, by_inputs);
+            let rows = by_inputs.chunks_exact(width).zip(by_actions.chunks_exact_mut(actions));
+            for ((i, least), (from, to)) in values.iter_mut().enumerate().zip(rows) {
+                if seen[i] < *least {
+                    *least = seen[i];
                     to.copy_from_slice(&from[width - actions..]);
                 }
             }
         }
-        (&self.values, &self.by_actions)
+        (values, by_actions)
     }
 
     pub(super) fn follow(&mut self, tau: f32) {
@@ -458,21 +354,12 @@ impl Critics {
     pub(super) fn is_finite(&self) -> bool {
         self.both.iter().all(Followed::is_finite)
     }
+}
 
-    pub(super) fn each(&self, mut what: impl FnMut(&Followed, &str)) {
-        self.both
-            .iter()
-            .zip(["critic0.", "critic1."])
-            .for_each(|(critic, name)| what(critic, name));
-    }
+impl Learned for Critics {
+    kept! { Learned { "critic": both } }
+}
 
-    pub(super) fn try_each(
-        &mut self,
-        mut what: impl FnMut(&mut Followed, &str) -> Result<(), ArchiveError>,
-    ) -> Result<(), ArchiveError> {
-        self.both
-            .iter_mut()
-            .zip(["critic0.", "critic1."])
-            .try_for_each(|(critic, name)| what(critic, name))
-    }
+impl State for Critics {
+    kept! { State { "critic": both } }
 }

@@ -5,10 +5,11 @@ use super::actor_critic::ActorCritic;
 use super::lanes::Lanes;
 use super::rollout::Rollout;
 use super::{Progress, Trainer};
-use crate::nn::archive::{Archive, ArchiveError};
-use crate::rl::environment::{Actions, Environment};
+use crate::rl::environment::Environment;
 use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
+use crate::rl::values::Losses;
+use crate::state::{Learned, State, kept};
 
 /// How much is played between updates, and with which networks.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,40 +32,22 @@ pub(super) struct Play {
 
 /// The steps of an update, and what is to learn from them.
 #[derive(Debug, Clone)]
-pub(super) struct Experience {
-    pub(super) networks: ActorCritic,
-    pub(super) rollout: Rollout,
-    pub(super) shuffling: Generator,
+pub(in crate::rl) struct Experience {
+    pub(in crate::rl) networks: ActorCritic,
+    pub(in crate::rl) rollout: Rollout,
+    pub(in crate::rl) shuffling: Generator,
     /// Places of the steps, for permutations.
     pub(super) order: Vec<usize>,
 }
 
-/// Sums over what an algorithm counts its losses by: gradient steps, or updates.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Losses {
-    loss: f64,
-    entropy: f64,
-    count: u32,
-}
-
-impl Losses {
-    /// Adds a loss and an entropy.
-    pub(super) fn add(&mut self, loss: f64, entropy: f64) {
-        self.loss += loss;
-        self.entropy += entropy;
-        self.count += 1;
-    }
-
-    /// Returns how many were added.
-    #[cfg(test)]
-    pub(super) fn count(&self) -> u32 {
-        self.count
-    }
-
-    /// Returns the mean loss and the mean entropy; nothing of nothing.
-    pub(super) fn means(&self) -> (Option<f64>, Option<f64>) {
-        let mean = |sum: f64| (self.count > 0).then(|| sum / f64::from(self.count));
-        (mean(self.loss), mean(self.entropy))
+impl Experience {
+    /// Returns networks that nothing was played with, and room for the steps of an update.
+    pub(in crate::rl) fn new(
+        networks: ActorCritic,
+        rollout: Rollout,
+        shuffling: Generator,
+    ) -> Self {
+        Self { networks, rollout, shuffling, order: Vec::new() }
     }
 }
 
@@ -87,24 +70,24 @@ pub struct OnPolicy<E, A> {
 }
 
 impl<E: Environment + Clone, A: Algorithm> OnPolicy<E, A> {
-    /// Returns a training that has not begun; `algorithm` makes what learns actions of a kind.
+    /// Returns a training that has not begun; `algorithm` makes what moves the networks.
     pub(super) fn start(
         play: Play,
         environment: E,
         seed: u64,
-        algorithm: impl FnOnce(Actions) -> A,
+        algorithm: impl FnOnce(&ActorCritic) -> A,
     ) -> Self {
         let lanes = Lanes::new(vec![environment; play.environments.max(1)]);
         let (width, actions) = (lanes.width(), lanes.actions());
         let Play { hidden, adam_epsilon, num_steps, .. } = play;
+        let networks = ActorCritic::new(width, actions, hidden, adam_epsilon, seed);
         Self {
-            algorithm: algorithm(actions),
-            experience: Experience {
-                networks: ActorCritic::new(width, actions, hidden, adam_epsilon, seed),
-                rollout: Rollout::new(lanes.count(), num_steps, width, actions.width()),
-                shuffling: Generator::new(seed, &["shuffling"]),
-                order: Vec::new(),
-            },
+            algorithm: algorithm(&networks),
+            experience: Experience::new(
+                networks,
+                Rollout::new(lanes.count(), num_steps, width, actions.width()),
+                Generator::new(seed, &["shuffling"]),
+            ),
             sampling: Generator::new(seed, &["sampling"]),
             steps: 0,
             lanes,
@@ -135,7 +118,7 @@ impl<E: Environment + Clone, A: Algorithm> Trainer for OnPolicy<E, A> {
             self.collect(seeds);
             self.update(&mut losses);
         }
-        let (loss, entropy) = losses.means();
+        let (loss, entropy) = losses.take();
         Progress { steps: self.steps, loss, entropy, ..self.lanes.report() }
     }
 
@@ -161,28 +144,14 @@ impl<E: Environment + Clone, A: Algorithm> Persist for OnPolicy<E, A> {
         let states = self.experience.rollout.probes();
         self.experience.networks.is_alive(&states)
     }
+}
 
-    fn learned(&self, prefix: &str, archive: &mut Archive) {
-        self.experience.networks.learned(prefix, archive);
-    }
+impl<E, A> Learned for OnPolicy<E, A> {
+    kept! { Learned { "": experience.networks } }
+}
 
-    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.experience.networks.load(prefix, archive)
-    }
-
-    fn save(&self, prefix: &str, archive: &mut Archive) {
-        archive.put(&format!("{prefix}steps"), self.steps);
-        self.experience.networks.save(prefix, archive);
-        self.sampling.save(&format!("{prefix}sampling"), archive);
-        self.experience.shuffling.save(&format!("{prefix}shuffling"), archive);
-        self.lanes.save(prefix, archive);
-    }
-
-    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.steps = archive.get(&format!("{prefix}steps"))?;
-        self.experience.networks.restore(prefix, archive)?;
-        self.sampling.restore(&format!("{prefix}sampling"), archive)?;
-        self.experience.shuffling.restore(&format!("{prefix}shuffling"), archive)?;
-        self.lanes.restore(prefix, archive)
-    }
+impl<E: Environment, A> State for OnPolicy<E, A> {
+    kept! { State {
+        "steps": steps, "": experience.networks, "sampling": sampling, "shuffling": experience.shuffling, "": lanes,
+    } }
 }

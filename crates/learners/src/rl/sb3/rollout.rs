@@ -1,72 +1,95 @@
 //! Steps played for one update.
 
 use crate::rl::environment::{Environment, Step};
-use crate::rl::gae::{self, advantages};
 use crate::rl::persist::spread;
 use crate::rl::random::Generator;
 use crate::rl::sb3::actor_critic::ActorCritic;
 use crate::rl::sb3::lanes::Lanes;
+use crate::state::{State, kept};
 
 /// States of one forward pass, which bounds the memory of its buffers.
 const ROWS: usize = 256;
 
+/// How a step ends: the episode goes on, is over with a state that is worth nothing, or is cut with one that has its value.
+const GOES_ON: f32 = 0.0;
+const TERMINAL: f32 = 1.0;
+const CUT: f32 = 2.0;
+
 /// Steps of all environments, those of one after those of the other, in the order of time.
 #[derive(Debug, Clone)]
-pub(super) struct Rollout {
+pub(in crate::rl) struct Rollout {
     width: usize,
     num_steps: usize,
     /// Numbers of an action.
     action_width: usize,
+    /// Steps so far.
+    filled: usize,
     states: Vec<f32>,
     /// Actions as they were drawn, before they were cut to what the environment allows.
     actions: Vec<f32>,
     rewards: Vec<f32>,
     /// Logarithm of the probability that each action had.
     logs: Vec<f32>,
-    terminated: Vec<bool>,
-    /// Places of steps that were cut, and the states after them.
-    cuts: Vec<usize>,
-    after: Vec<f32>,
-    steps: Vec<gae::Step>,
+    nexts: Vec<f32>,
+    ends: Vec<f32>,
     advantages: Vec<f32>,
     /// What the value of each state is to become.
     returns: Vec<f32>,
-    /// An action as it was drawn, as it was done, and the state after it.
-    action: Vec<f32>,
-    done: Vec<f32>,
-    next: Vec<f32>,
+    /// States after steps that were cut.
+    after: Vec<f32>,
 }
 
-/// What learning needs of a step.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Sample<'a> {
-    pub(super) state: &'a [f32],
-    pub(super) action: &'a [f32],
-    pub(super) log: f32,
-    pub(super) advantage: f32,
-    pub(super) value: f32,
+/// What learning needs of some steps.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Batch {
+    pub(super) states: Vec<f32>,
+    pub(super) actions: Vec<f32>,
+    /// Logarithms of the probabilities that the actions had.
+    pub(super) logs: Vec<f32>,
+    pub(super) advantages: Vec<f32>,
+    /// What the values are to become.
+    pub(super) returns: Vec<f32>,
+}
+
+impl Batch {
+    /// Takes the steps at these places, after [`Rollout::estimate`].
+    pub(super) fn gather(&mut self, rollout: &Rollout, places: &[usize]) {
+        let Self { states, actions, logs, advantages, returns } = self;
+        [&mut *states, actions, logs, advantages, returns].into_iter().for_each(Vec::clear);
+        for place in places.iter().copied() {
+            states.extend_from_slice(rollout.state(place));
+            actions.extend_from_slice(
+                &rollout.actions[place * rollout.action_width..][..rollout.action_width],
+            );
+            logs.push(rollout.logs[place]);
+            advantages.push(rollout.advantages[place]);
+            returns.push(rollout.returns[place]);
+        }
+    }
 }
 
 impl Rollout {
-    pub(super) fn new(lanes: usize, num_steps: usize, width: usize, action_width: usize) -> Self {
+    pub(in crate::rl) fn new(
+        lanes: usize,
+        num_steps: usize,
+        width: usize,
+        action_width: usize,
+    ) -> Self {
         let count = lanes * num_steps;
         Self {
             width,
             num_steps,
-            states: vec![0.0; count * width],
             action_width,
+            filled: 0,
+            states: vec![0.0; count * width],
             actions: vec![0.0; count * action_width],
-            action: vec![0.0; action_width],
-            done: vec![0.0; action_width],
-            next: vec![0.0; width],
             rewards: vec![0.0; count],
             logs: vec![0.0; count],
-            terminated: vec![false; count],
-            cuts: Vec::new(),
-            after: Vec::new(),
-            steps: Vec::new(),
+            nexts: vec![0.0; count * width],
+            ends: vec![GOES_ON; count],
             advantages: vec![0.0; count],
             returns: vec![0.0; count],
+            after: Vec::new(),
         }
     }
 
@@ -80,17 +103,16 @@ impl Rollout {
     }
 
     /// Returns some states from all over.
-    pub(super) fn probes(&self) -> Vec<f32> {
-        let state = |place: usize| &self.states[place * self.width..][..self.width];
-        spread(self.len()).flat_map(state).copied().collect()
+    pub(in crate::rl) fn probes(&self) -> Vec<f32> {
+        spread(self.filled).flat_map(|place| self.state(place)).copied().collect()
+    }
+
+    fn state(&self, place: usize) -> &[f32] {
+        &self.states[place * self.width..][..self.width]
     }
 
     pub(super) fn len(&self) -> usize {
         self.rewards.len()
-    }
-
-    fn place(&self, lane: usize, time: usize) -> usize {
-        lane * self.num_steps + time
     }
 
     /// Plays the steps of an update.
@@ -102,94 +124,102 @@ impl Rollout {
         seeds: &mut dyn FnMut(u32) -> u64,
     ) {
         lanes.begin(seeds);
-        self.clear();
-        let [mut action, mut done, mut next] =
-            [&mut self.action, &mut self.done, &mut self.next].map(std::mem::take);
+        let mut next = vec![0.0; self.width];
+        let [mut action, mut done] = [vec![0.0; self.action_width], vec![0.0; self.action_width]];
         for time in 0..self.num_steps {
             for lane in 0..lanes.count() {
+                let place = lane * self.num_steps + time;
                 let state = lanes.observation(lane);
-                let place = self.place(lane, time);
-                self.see(place, state);
+                self.states[place * self.width..][..self.width].copy_from_slice(state);
                 let log = networks.draw(state, sampling, &mut action);
                 done.copy_from_slice(&action);
                 networks.distribution.cut(&mut done);
                 let step = lanes.step(lane, &done, &mut next, seeds);
-                self.act(place, &action, log, step, &next);
+                self.keep(place, &action, log, step, &next);
             }
         }
-        (self.action, self.done, self.next) = (action, done, next);
-        for lane in 0..lanes.count() {
-            self.cut(lane, lanes.observation(lane));
-        }
+        self.filled = self.len();
     }
 
-    /// Forgets which steps were cut; all else is written anew.
-    fn clear(&mut self) {
-        self.cuts.clear();
-        self.after.clear();
+    /// Adds a step that somebody else has played; returns whether the steps of an update are complete.
+    pub(in crate::rl) fn push(
+        &mut self,
+        state: &[f32],
+        action: &[f32],
+        step: Step,
+        next: &[f32],
+    ) -> bool {
+        self.states[self.filled * self.width..][..self.width].copy_from_slice(state);
+        self.keep(self.filled, action, 0.0, step, next);
+        self.filled += 1;
+        self.filled == self.len()
     }
 
-    /// Keeps the state that a step begins in.
-    fn see(&mut self, place: usize, state: &[f32]) {
-        self.states[place * self.width..][..self.width].copy_from_slice(state);
+    /// Forgets what was pushed.
+    pub(in crate::rl) fn clear(&mut self) {
+        self.filled = 0;
     }
 
-    /// Keeps what was done in it.
-    fn act(&mut self, place: usize, action: &[f32], log: f32, step: Step, after: &[f32]) {
+    /// Keeps what was done in a state and came of it; the last step of a lane is cut.
+    fn keep(&mut self, place: usize, action: &[f32], log: f32, step: Step, next: &[f32]) {
         self.actions[place * self.action_width..][..self.action_width].copy_from_slice(action);
+        self.nexts[place * self.width..][..self.width].copy_from_slice(next);
         self.logs[place] = log;
         self.rewards[place] = step.reward;
-        self.terminated[place] = step.terminated;
-        if step.truncated && !step.terminated {
-            self.cuts.push(place);
-            self.after.extend_from_slice(after);
-        }
+        self.ends[place] = match step {
+            Step { terminated: true, .. } => TERMINAL,
+            Step { truncated: true, .. } => CUT,
+            _ if (place + 1).is_multiple_of(self.num_steps) => CUT,
+            _ => GOES_ON,
+        };
     }
 
-    /// Cuts the episode that a lane is in; its next step begins in `state`.
-    fn cut(&mut self, lane: usize, state: &[f32]) {
-        let place = self.place(lane, self.num_steps - 1);
-        if !self.terminated[place] && !self.cuts.contains(&place) {
-            self.cuts.push(place);
-            self.after.extend_from_slice(state);
-        }
-    }
-
-    /// Estimates the advantage of every step, and what the values are to become.
-    pub(super) fn estimate(&mut self, networks: &mut ActorCritic, gamma: f32, lambda: f32) {
+    /// Estimates the advantage of every step (generalised, Schulman et al., 2016), and what the values are to become.
+    ///
+    /// `A_t = sum_k (gamma lambda)^k (r_{t+k} + gamma V_{t+k+1} - V_{t+k})`, the sum ending with the episode or the steps.
+    pub(in crate::rl) fn estimate(&mut self, networks: &mut ActorCritic, gamma: f32, lambda: f32) {
         self.returns.clear();
         for rows in self.states.chunks(ROWS * self.width) {
+            let place = self.returns.len();
             self.returns.extend_from_slice(networks.values(rows));
+            let actions = &self.actions[place * self.action_width..];
+            networks.logs(actions, &mut self.logs[place..]);
         }
-        let values = &self.returns;
-        let following = values.iter().skip(1).copied().chain([0.0]);
-        self.steps.clear();
-        for (place, next_value) in following.enumerate() {
-            let last = self.terminated[place];
-            let next_value = if last { 0.0 } else { next_value };
-            let (reward, value) = (self.rewards[place], values[place]);
-            self.steps.push(gae::Step { reward, value, next_value, last });
+        let cuts: Vec<usize> = (0..self.len()).filter(|place| self.ends[*place] == CUT).collect();
+        let mut values_of_cuts = Vec::with_capacity(cuts.len());
+        for places in cuts.chunks(ROWS) {
+            let next = |place: &usize| &self.nexts[place * self.width..][..self.width];
+            self.after.clear();
+            self.after.extend(places.iter().flat_map(next));
+            values_of_cuts.extend_from_slice(networks.values(&self.after));
         }
-        for (places, rows) in self.cuts.chunks(ROWS).zip(self.after.chunks(ROWS * self.width)) {
-            for (place, value) in places.iter().zip(networks.values(rows)) {
-                self.steps[*place].next_value = *value;
-                self.steps[*place].last = true;
+        let mut later = 0.0;
+        for place in (0..self.len()).rev() {
+            let next_value = match self.ends[place] {
+                GOES_ON => self.returns[place + 1],
+                CUT => values_of_cuts.pop().expect("a value per cut"),
+                _ => 0.0,
+            };
+            if self.ends[place] != GOES_ON {
+                later = 0.0;
             }
+            let error = self.rewards[place] + gamma * next_value - self.returns[place];
+            later = error + gamma * lambda * later;
+            self.advantages[place] = later;
         }
-        advantages(&self.steps, gamma, lambda, &mut self.advantages);
         self.returns.iter_mut().zip(&self.advantages).for_each(|(v, a)| *v += a);
     }
 
-    /// Returns a step after [`Self::estimate`].
-    pub(super) fn sample(&self, place: usize) -> Sample<'_> {
-        Sample {
-            state: &self.states[place * self.width..][..self.width],
-            action: &self.actions[place * self.action_width..][..self.action_width],
-            log: self.logs[place],
-            advantage: self.advantages[place],
-            value: self.returns[place],
-        }
+    /// Returns the advantages after [`Self::estimate`].
+    pub(super) fn advantages(&mut self) -> &mut [f32] {
+        &mut self.advantages
     }
+}
+
+impl State for Rollout {
+    kept! { State {
+        "filled": filled, "states": states, "actions": actions, "rewards": rewards, "nexts": nexts, "ends": ends,
+    } }
 }
 
 #[cfg(test)]
@@ -217,11 +247,9 @@ mod tests {
             Step { terminated: true, truncated: true, ..none },
         ];
         for (place, step) in ends.into_iter().enumerate() {
-            rollout.see(place, &states[place..=place]);
-            rollout.act(place, &[0.0], 0.0, step, &[0.9]);
+            let next = if place == 2 { 0.7 } else { 0.9 };
+            rollout.push(&states[place..=place], &[0.0], step, &[next]);
         }
-        rollout.cut(0, &[0.7]);
-        rollout.cut(1, &[0.8]);
         rollout.estimate(&mut networks, 0.5, 0.5);
         let error = |next: f32, value: f32| 1.0 + 0.5 * next - value;
         let (end, last) = (error(0.0, v[1]), error(0.0, v[5]));
@@ -234,9 +262,8 @@ mod tests {
             last,
         ];
         for (place, expected) in expected.into_iter().enumerate() {
-            let sample = rollout.sample(place);
-            assert!((sample.advantage - expected).abs() < 1e-6, "{place}");
-            assert!((sample.value - expected - v[place]).abs() < 1e-6, "{place}");
+            assert!((rollout.advantages[place] - expected).abs() < 1e-6, "{place}");
+            assert!((rollout.returns[place] - expected - v[place]).abs() < 1e-6, "{place}");
         }
     }
 }

@@ -11,12 +11,14 @@
 
 use basics::setting::settings;
 
-use super::off_policy::{Batch, Critics, Followed, Learner, OffPolicy, Play, network};
+use super::off_policy::{Batch, Critics, Learner, OffPolicy, Play, followed, network};
+use crate::nn::Activation;
 use crate::nn::adam::Adam;
-use crate::nn::archive::{Archive, ArchiveError};
-use crate::nn::{Activation, Network};
+use crate::nn::sequential::Sequential;
 use crate::rl::environment::Environment;
+use crate::rl::followed::Followed;
 use crate::rl::random::Generator;
+use crate::state::{Learned, State, kept};
 
 /// Range of the logarithm of a deviation.
 const LOG_STD: [f32; 2] = [-20.0, 2.0];
@@ -29,7 +31,7 @@ const HALF_LOG_TAU: f32 = 0.918_938_5;
 
 settings! {
     /// Hyper-parameters of `sac`; the defaults are those of Stable-Baselines3.
-    pub struct Settings, source "Stable-Baselines3 2.9, SAC" {
+    pub struct Settings extends Play, source "Stable-Baselines3 2.9, SAC" {
         /// Steps of the training.
         total_steps: u64 = 20_000, in 1.0..=1e9, unit "steps",
             source "rl-baselines3-zoo 2.9 for Pendulum-v1";
@@ -51,6 +53,7 @@ settings! {
         train_frequency: u64 = 1, in 1.0..=1e6, unit "steps";
         /// Updates of a block.
         gradient_steps: u32 = 1, in 1.0..=1e6, unit "updates";
+    } and {
         /// Weight of the entropy, at first.
         entropy_coefficient: f32 = 1.0, in 1e-6..=1e3;
         /// Whether the weight of the entropy is learned, towards an entropy of minus the number of action dimensions.
@@ -68,10 +71,10 @@ pub type Sac<E> = OffPolicy<E, SoftActorCritic>;
 pub struct SoftActorCritic {
     settings: Settings,
     actions: usize,
-    policy: Followed,
+    policy: Followed<Sequential>,
     critics: Critics,
     /// Logarithm of the entropy coefficient.
-    log_coefficient: [f32; 1],
+    log_coefficient: Vec<f32>,
     adam: Adam,
     now: Drawn,
     after: Drawn,
@@ -96,15 +99,7 @@ impl<E: Environment> Sac<E> {
     ///
     /// When actions are numbered.
     pub fn new(settings: Settings, environment: E, seed: u64) -> Self {
-        let play = Play {
-            total_steps: settings.total_steps,
-            buffer_size: settings.buffer_size,
-            batch_size: settings.batch_size,
-            learning_starts: settings.learning_starts,
-            train_frequency: settings.train_frequency,
-            gradient_steps: settings.gradient_steps,
-        };
-        Self::start(play, environment, seed, |width, actions| {
+        Self::start(Play::from(&settings), environment, seed, |width, actions| {
             SoftActorCritic::new(settings, width, actions, seed)
         })
     }
@@ -116,15 +111,9 @@ impl SoftActorCritic {
         let hidden = [hidden, hidden];
         let policy = network(width, &hidden, 2 * actions, Activation::None);
         Self {
-            policy: Followed::new(
-                policy,
-                learning_rate,
-                adam_epsilon,
-                seed,
-                &["initial", "policy"],
-            ),
+            policy: followed(policy, learning_rate, adam_epsilon, seed, "policy"),
             critics: Critics::new(width + actions, &hidden, learning_rate, adam_epsilon, seed),
-            log_coefficient: [libm::logf(settings.entropy_coefficient)],
+            log_coefficient: vec![libm::logf(settings.entropy_coefficient)],
             adam: Adam::new(1, learning_rate, adam_epsilon),
             now: Drawn::default(),
             after: Drawn::default(),
@@ -139,12 +128,8 @@ impl SoftActorCritic {
         let (count, actions) = (batch.rewards.len(), self.actions);
         let share = 1.0 / count as f32;
         let Self { settings, policy, critics, .. } = self;
-        self.after.draw(
-            policy.network.forward(&policy.parameters, &batch.nexts),
-            &batch.nexts,
-            actions,
-        );
-        let outputs = policy.network.forward(&policy.parameters, &batch.states);
+        self.after.draw(policy.forward(&batch.nexts), &batch.nexts, actions);
+        let outputs = policy.forward(&batch.states);
         self.now.draw(outputs, &batch.states, actions);
         self.by_outputs.clear();
         self.by_outputs.extend_from_slice(outputs);
@@ -226,7 +211,7 @@ impl Learner for SoftActorCritic {
     }
 
     fn outputs(&mut self, observations: &[f32]) -> &[f32] {
-        self.policy.network.forward(&self.policy.parameters, observations)
+        self.policy.forward(observations)
     }
 
     #[expect(private_interfaces, reason = "only algorithms of this folder are learners")]
@@ -240,32 +225,16 @@ impl Learner for SoftActorCritic {
     fn is_finite(&self) -> bool {
         self.policy.is_finite() && self.critics.is_finite() && self.log_coefficient[0].is_finite()
     }
+}
 
-    fn learned(&self, prefix: &str, archive: &mut Archive) {
-        self.policy.learned(&format!("{prefix}policy."), archive);
-        self.critics.each(|critic, name| critic.learned(&format!("{prefix}{name}"), archive));
-    }
+impl Learned for SoftActorCritic {
+    kept! { Learned { "policy.": policy, "": critics } }
+}
 
-    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.policy.load(&format!("{prefix}policy."), archive)?;
-        self.critics.try_each(|critic, name| critic.load(&format!("{prefix}{name}"), archive))
-    }
-
-    fn save(&self, prefix: &str, archive: &mut Archive) {
-        self.policy.save(&format!("{prefix}policy."), archive);
-        self.critics.each(|critic, name| critic.save(&format!("{prefix}{name}"), archive));
-        archive.put_f32(format!("{prefix}log_coefficient"), &[1], &self.log_coefficient);
-        self.adam.save(&format!("{prefix}coefficient."), archive);
-    }
-
-    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.policy.restore(&format!("{prefix}policy."), archive)?;
-        self.critics
-            .try_each(|critic, name| critic.restore(&format!("{prefix}{name}"), archive))?;
-        self.log_coefficient
-            .copy_from_slice(archive.f32(&format!("{prefix}log_coefficient"), &[1])?);
-        self.adam.restore(&format!("{prefix}coefficient."), archive)
-    }
+impl State for SoftActorCritic {
+    kept! { State {
+        "policy.": policy, "": critics, "log_coefficient": log_coefficient, "coefficient.": adam,
+    } }
 }
 
 #[cfg(test)]
@@ -329,35 +298,6 @@ mod tests {
             update.check(&format!("then.targets.{k}"), &critic.target, 1e-5);
         }
         update.check("then.log_coefficient", &learner.log_coefficient, 1e-6);
-    }
-
-    #[test]
-    fn the_policy_s_gradient_is_that_of_finite_differences() {
-        // Critics that hardly move leave the loss of the policy as a function of the policy only.
-        let settings =
-            Settings { learning_rate: 1e-12, hidden: 5, entropy_coefficient: 0.3, ..settings() };
-        let batch = updates()["sac"].batch();
-        let mut learner = before(settings.clone());
-        learner.learn(&batch);
-        let loss = |parameters: &[f32]| {
-            let mut learner = before(settings.clone());
-            let outputs = learner.policy.network.forward(parameters, &batch.states);
-            learner.now.draw(outputs, &batch.states, 2);
-            let (values, _) = learner.critics.by_actions(&learner.now.pairs, 2, false);
-            let rows = values.iter().zip(&learner.now.logs);
-            rows.map(|(value, log)| f64::from(0.3 * log - value)).sum::<f64>() / 6.0
-        };
-        let parameters = learner.policy.parameters.clone();
-        for i in 0..parameters.len() {
-            let at = |step: f32| {
-                let mut moved = parameters.clone();
-                moved[i] += step;
-                loss(&moved)
-            };
-            let slope = (at(3e-3) - at(-3e-3)) / 6e-3;
-            let found = f64::from(learner.policy.gradient[i]);
-            assert!((slope - found).abs() < 0.02 * found.abs().max(0.5), "{i}: {slope} {found}");
-        }
     }
 
     #[test]

@@ -9,15 +9,17 @@
 
 use basics::setting::settings;
 
-use super::off_policy::{Batch, Critics, Followed, Learner, OffPolicy, Play, network};
-use crate::nn::archive::{Archive, ArchiveError};
+use super::off_policy::{Batch, Critics, Learner, OffPolicy, Play, followed, network};
+use crate::nn::sequential::Sequential;
 use crate::nn::{Activation, Network};
 use crate::rl::environment::Environment;
+use crate::rl::followed::Followed;
 use crate::rl::random::Generator;
+use crate::state::{Learned, State, kept};
 
 settings! {
     /// Hyper-parameters of `td3`; the defaults are those of Stable-Baselines3.
-    pub struct Settings, source "Stable-Baselines3 2.9, TD3" {
+    pub struct Settings extends Play, source "Stable-Baselines3 2.9, TD3" {
         /// Steps of the training.
         total_steps: u64 = 20_000, in 1.0..=1e9, unit "steps",
             source "rl-baselines3-zoo 2.9 for Pendulum-v1";
@@ -39,6 +41,7 @@ settings! {
         train_frequency: u64 = 1, in 1.0..=1e6, unit "steps";
         /// Updates of a block.
         gradient_steps: u32 = 1, in 1.0..=1e6, unit "updates";
+    } and {
         /// Updates of the critics per update of the policy.
         policy_delay: u32 = 2, in 1.0..=1e6, unit "updates";
         /// Deviation of the noise on actions while learning, as a share of the largest action.
@@ -62,7 +65,7 @@ pub type Td3<E> = OffPolicy<E, TwinDelayed>;
 pub struct TwinDelayed {
     settings: Settings,
     actions: usize,
-    policy: Followed,
+    policy: Followed<Sequential>,
     critics: Critics,
     updates: u32,
     /// Standard normal numbers for the actions of targets.
@@ -80,15 +83,7 @@ impl<E: Environment> Td3<E> {
     ///
     /// When actions are numbered.
     pub fn new(settings: Settings, environment: E, seed: u64) -> Self {
-        let play = Play {
-            total_steps: settings.total_steps,
-            buffer_size: settings.buffer_size,
-            batch_size: settings.batch_size,
-            learning_starts: settings.learning_starts,
-            train_frequency: settings.train_frequency,
-            gradient_steps: settings.gradient_steps,
-        };
-        Self::start(play, environment, seed, |width, actions| {
+        Self::start(Play::from(&settings), environment, seed, |width, actions| {
             TwinDelayed::new(settings, width, actions, seed)
         })
     }
@@ -100,13 +95,7 @@ impl TwinDelayed {
         let hidden = [hidden, second_hidden];
         let policy = network(width, &hidden, actions, Activation::Tanh);
         Self {
-            policy: Followed::new(
-                policy,
-                learning_rate,
-                adam_epsilon,
-                seed,
-                &["initial", "policy"],
-            ),
+            policy: followed(policy, learning_rate, adam_epsilon, seed, "policy"),
             critics: Critics::new(width + actions, &hidden, learning_rate, adam_epsilon, seed),
             updates: 0,
             noise: Vec::new(),
@@ -132,7 +121,7 @@ impl TwinDelayed {
         self.costs.resize(count, 0.0);
         let loss = critics.learn(batch, &self.pairs, &self.costs, settings.gamma, 1.0);
         if self.updates.is_multiple_of(settings.policy_delay) {
-            let outputs = policy.network.forward(&policy.parameters, &batch.states);
+            let outputs = policy.forward(&batch.states);
             beside(&batch.states, outputs, count, &mut self.pairs, |_, action| action);
             let (_, by_actions) = critics.by_actions(&self.pairs, actions, true);
             self.by_outputs.clear();
@@ -177,7 +166,7 @@ impl Learner for TwinDelayed {
     }
 
     fn outputs(&mut self, observations: &[f32]) -> &[f32] {
-        self.policy.network.forward(&self.policy.parameters, observations)
+        self.policy.forward(observations)
     }
 
     #[expect(private_interfaces, reason = "only algorithms of this folder are learners")]
@@ -190,30 +179,14 @@ impl Learner for TwinDelayed {
     fn is_finite(&self) -> bool {
         self.policy.is_finite() && self.critics.is_finite()
     }
+}
 
-    fn learned(&self, prefix: &str, archive: &mut Archive) {
-        self.policy.learned(&format!("{prefix}policy."), archive);
-        self.critics.each(|critic, name| critic.learned(&format!("{prefix}{name}"), archive));
-    }
+impl Learned for TwinDelayed {
+    kept! { Learned { "policy.": policy, "": critics } }
+}
 
-    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.policy.load(&format!("{prefix}policy."), archive)?;
-        self.critics.try_each(|critic, name| critic.load(&format!("{prefix}{name}"), archive))
-    }
-
-    fn save(&self, prefix: &str, archive: &mut Archive) {
-        self.policy.save(&format!("{prefix}policy."), archive);
-        self.critics.each(|critic, name| critic.save(&format!("{prefix}{name}"), archive));
-        archive.put(&format!("{prefix}updates"), self.updates);
-    }
-
-    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.policy.restore(&format!("{prefix}policy."), archive)?;
-        self.critics
-            .try_each(|critic, name| critic.restore(&format!("{prefix}{name}"), archive))?;
-        self.updates = archive.get(&format!("{prefix}updates"))?;
-        Ok(())
-    }
+impl State for TwinDelayed {
+    kept! { State { "policy.": policy, "": critics, "updates": updates } }
 }
 
 #[cfg(test)]

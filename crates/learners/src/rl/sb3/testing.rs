@@ -4,6 +4,7 @@ use super::Trainer;
 use super::off_policy::Batch;
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::rl::environment::{self, Actions, Environment, Step};
+use crate::state::State;
 
 /// Five states in a row, two actions: the right end pays 1 and ends the episode, which is cut after 20 steps.
 #[derive(Debug, Clone, Default)]
@@ -44,7 +45,9 @@ impl Environment for Corridor {
         let truncated = self.steps >= Self::HORIZON;
         Step { reward: f32::from(u8::from(terminated)), terminated, truncated }
     }
+}
 
+impl State for Corridor {
     fn save(&self, prefix: &str, archive: &mut Archive) {
         archive.put(&format!("{prefix}corridor"), (self.at, self.steps));
     }
@@ -102,7 +105,9 @@ impl Environment for Slider {
         observation[0] = self.place;
         Step { reward, terminated: false, truncated: self.steps >= 20 }
     }
+}
 
+impl State for Slider {
     fn save(&self, prefix: &str, archive: &mut Archive) {
         archive.put(&format!("{prefix}slider"), (self.place, self.steps));
     }

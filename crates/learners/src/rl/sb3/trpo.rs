@@ -15,12 +15,13 @@
 use basics::setting::settings;
 use rand::seq::SliceRandom;
 
-use super::actor_critic::{ActorCritic, Outputs};
-use super::on_policy::{Algorithm, Experience, Losses, OnPolicy, Play};
+use super::actor_critic::ActorCritic;
+use super::on_policy::{Algorithm, Experience, OnPolicy, Play};
 use super::ppo::loss::standardise;
-use super::rollout::Rollout;
+use super::rollout::Batch;
 use crate::rl::environment::Environment;
 use crate::rl::random::Generator;
+use crate::rl::values::Losses;
 
 /// Deviation of the noise that conjugate gradients begin with.
 const START: f64 = 1e-4;
@@ -73,23 +74,20 @@ pub type Trpo<E> = OnPolicy<E, TrustRegion>;
 #[derive(Debug, Clone)]
 pub struct TrustRegion {
     settings: Settings,
-    batch: Batch,
+    seen: Seen,
     vectors: Vectors,
 }
 
-/// All steps of an update.
+/// All steps of an update, or some.
 #[derive(Debug, Clone, Default)]
-struct Batch {
-    states: Vec<f32>,
-    advantages: Vec<f32>,
+struct Seen {
+    batch: Batch,
     /// What the policy said before the update, and the logarithms of its deviations.
     outputs: Vec<f32>,
     log_std: Vec<f32>,
     by_outputs: Vec<f32>,
     by_log_std: Vec<f32>,
     by_values: Vec<f32>,
-    /// States of a minibatch.
-    rows: Vec<f32>,
 }
 
 /// Vectors over the parameters of the policy: those of its network, then the logarithms of its deviations.
@@ -115,11 +113,8 @@ impl<E: Environment + Clone> Trpo<E> {
             hidden: settings.hidden,
             adam_epsilon: settings.adam_epsilon,
         };
-        Self::start(play, environment, seed, |_| TrustRegion {
-            batch: Batch::default(),
-            vectors: Vectors::default(),
-            settings,
-        })
+        let (seen, vectors) = (Seen::default(), Vectors::default());
+        Self::start(play, environment, seed, |_| TrustRegion { seen, vectors, settings })
     }
 }
 
@@ -136,13 +131,13 @@ impl TrustRegion {
     fn improve_policy(&mut self, experience: &mut Experience) -> f64 {
         let Settings { target_kl, cg_steps, cg_damping, .. } = self.settings;
         let (surrogate, entropy) = self.gradient(experience);
-        let Self { batch, vectors, .. } = self;
-        let Experience { networks, rollout, shuffling, .. } = experience;
+        let Self { seen, vectors, .. } = self;
+        let Experience { networks, shuffling, .. } = experience;
         solve(vectors, cg_steps, shuffling, &mut |v, product| {
-            fisher(networks, batch, cg_damping, v, product);
+            fisher(networks, seen, cg_damping, v, product);
         });
         let Vectors { direction, product, before, .. } = vectors;
-        fisher(networks, batch, cg_damping, direction, product);
+        fisher(networks, seen, cg_damping, direction, product);
         let longest = (2.0 * f64::from(target_kl) / dot(direction, product)).sqrt();
         let [network, deviations] = networks.of_policy();
         before.clear();
@@ -154,7 +149,7 @@ impl TrustRegion {
             for ((place, before), d) in places.zip(&*before).zip(&*direction) {
                 networks.parameters[place] = before + length * d;
             }
-            let (new, divergence) = judge(networks, batch, rollout);
+            let (new, divergence) = judge(networks, seen);
             if divergence < target_kl && new > surrogate {
                 return entropy;
             }
@@ -167,86 +162,79 @@ impl TrustRegion {
 
     /// Writes the gradient of the surrogate by the policy; returns the surrogate and the mean entropy.
     fn gradient(&mut self, experience: &mut Experience) -> (f32, f64) {
-        let Self { batch, vectors, .. } = self;
-        let Experience { networks, rollout, .. } = experience;
+        let Experience { networks, rollout, order, .. } = experience;
+        let Seen { batch, outputs, log_std, by_outputs, by_log_std, .. } = &mut self.seen;
         let count = rollout.len();
-        batch.states.clear();
-        batch.advantages.clear();
-        for place in 0..count {
-            let sample = rollout.sample(place);
-            batch.states.extend_from_slice(sample.state);
-            batch.advantages.push(sample.advantage);
-        }
-        standardise(&mut batch.advantages);
-        let Outputs { policy, log_std, .. } = networks.forward(&batch.states);
-        replace(&mut batch.outputs, policy);
-        replace(&mut batch.log_std, log_std);
-        batch.by_outputs.resize(batch.outputs.len(), 0.0);
-        batch.by_log_std.clear();
-        batch.by_log_std.resize(batch.log_std.len(), 0.0);
-        let width = batch.outputs.len() / count;
+        order.clear();
+        order.extend(0..count);
+        batch.gather(rollout, order);
+        standardise(&mut batch.advantages, count as f32 - 1.0);
+        let said = networks.forward(&batch.states);
+        said.policy.clone_into(outputs);
+        said.log_std.clone_into(log_std);
+        by_outputs.resize(outputs.len(), 0.0);
+        by_log_std.clear();
+        by_log_std.resize(log_std.len(), 0.0);
+        let (width, actions) = (outputs.len() / count, batch.actions.len() / count);
         let share = 1.0 / count as f32;
         let (mut surrogate, mut entropies) = (0.0, 0.0);
-        for place in 0..count {
-            let sample = rollout.sample(place);
-            let outputs = &batch.outputs[place * width..][..width];
-            let log = networks.distribution.log(outputs, &batch.log_std, sample.action);
-            let gain = libm::expf(log - sample.log) * batch.advantages[place];
+        let rows = outputs.chunks_exact(width).zip(by_outputs.chunks_exact_mut(width));
+        for (place, (outputs, by_outputs)) in rows.enumerate() {
+            let action = &batch.actions[place * actions..][..actions];
+            let log = networks.distribution.log(outputs, log_std, action);
+            let gain = libm::expf(log - batch.logs[place]) * batch.advantages[place];
             surrogate += share * gain;
-            let by_outputs = &mut batch.by_outputs[place * width..][..width];
-            let (by_log_std, log_std) = (&mut batch.by_log_std, &batch.log_std);
-            let entropy = networks.distribution.gradient(
-                outputs, log_std, sample.action, gain, 0.0, share, by_outputs, by_log_std,
-            );
+            let entropy = networks
+                .distribution
+                .gradient(outputs, log_std, action, gain, 0.0, share, by_outputs, by_log_std);
             entropies += f64::from(entropy) / count as f64;
         }
         let [network, deviations] = networks.of_policy();
-        vectors.gradient.resize(network.len() + deviations.len(), 0.0);
-        let (by_network, by_deviations) = vectors.gradient.split_at_mut(network.len());
-        networks.back_policy(&batch.states, &batch.by_outputs, by_network);
-        by_deviations.copy_from_slice(&batch.by_log_std);
+        let gradient = &mut self.vectors.gradient;
+        gradient.resize(network.len() + deviations.len(), 0.0);
+        let (by_network, by_deviations) = gradient.split_at_mut(network.len());
+        networks.back_policy(&batch.states, by_outputs, by_network);
+        by_deviations.copy_from_slice(by_log_std);
         (surrogate, entropies)
     }
 
     /// Moves the value; returns its mean squared error.
     fn improve_value(&mut self, experience: &mut Experience) -> f64 {
-        let batch = &mut self.batch;
+        let Seen { batch, by_values, .. } = &mut self.seen;
         let Experience { networks, rollout, shuffling, order } = experience;
         let Settings { minibatch_size, learning_rate, .. } = self.settings;
-        let (mut loss, mut count) = (0.0, 0u32);
+        let mut losses = Losses::default();
         order.clear();
         order.extend(0..rollout.len());
         for _ in 0..self.settings.critic_epochs {
             order.shuffle(shuffling.rng());
             for places in order.chunks(minibatch_size) {
-                batch.rows.clear();
-                places.iter().for_each(|p| batch.rows.extend_from_slice(rollout.sample(*p).state));
-                let values = networks.values(&batch.rows);
-                batch.by_values.clear();
+                batch.gather(rollout, places);
+                let values = networks.values(&batch.states);
+                by_values.clear();
                 let (mut squares, share) = (0.0, 1.0 / places.len() as f32);
-                for (value, place) in values.iter().zip(places) {
-                    let error = value - rollout.sample(*place).value;
+                for (value, target) in values.iter().zip(&batch.returns) {
+                    let error = value - target;
                     squares += f64::from(share * error * error);
-                    batch.by_values.push(share * 2.0 * error);
+                    by_values.push(share * 2.0 * error);
                 }
-                networks.descend_value(&batch.rows, &batch.by_values, learning_rate);
-                loss += squares;
-                count += 1;
+                networks.descend_value(&batch.states, by_values, learning_rate);
+                losses.add(squares, 0.0);
             }
         }
-        loss / f64::from(count.max(1))
+        losses.take().0.unwrap_or_default()
     }
 }
 
 /// Writes Fisher's metric, with a damping, times a vector.
 fn fisher(
     networks: &mut ActorCritic,
-    batch: &mut Batch,
+    seen: &mut Seen,
     damping: f32,
     v: &[f32],
     product: &mut Vec<f32>,
 ) {
-    let Batch { states, outputs, log_std, by_outputs, .. } = batch;
+    let Seen { batch: Batch { states, .. }, outputs, log_std, by_outputs, .. } = seen;
     let [network, _] = networks.of_policy();
     let width = outputs.len() * networks.inputs() / states.len();
     let share = width as f32 / outputs.len() as f32;
@@ -276,7 +264,7 @@ fn solve(
     residual.clear();
     residual.extend(gradient.iter().zip(&*product).map(|(g, p)| g - p));
     let mut square = dot(residual, residual);
-    replace(search, residual);
+    search.clone_from(residual);
     for _ in 0..steps {
         if square < RESIDUAL {
             return;
@@ -293,27 +281,21 @@ fn solve(
 }
 
 /// Returns the surrogate of the policy as it is now, and its mean divergence from that before.
-fn judge(networks: &mut ActorCritic, batch: &Batch, rollout: &Rollout) -> (f32, f32) {
-    let count = rollout.len();
+fn judge(networks: &mut ActorCritic, seen: &Seen) -> (f32, f32) {
+    let batch = &seen.batch;
+    let count = batch.logs.len();
     let (outputs, log_std, distribution) = networks.say(&batch.states);
-    let width = outputs.len() / count;
+    let (width, actions) = (outputs.len() / count, batch.actions.len() / count);
     let share = 1.0 / count as f32;
     let (mut surrogate, mut divergence) = (0.0, 0.0);
-    for place in 0..count {
-        let sample = rollout.sample(place);
-        let row = place * width..(place + 1) * width;
-        let new = &outputs[row.clone()];
-        let ratio = libm::expf(distribution.log(new, log_std, sample.action) - sample.log);
+    let rows = outputs.chunks_exact(width).zip(seen.outputs.chunks_exact(width));
+    for (place, (new, old)) in rows.enumerate() {
+        let action = &batch.actions[place * actions..][..actions];
+        let ratio = libm::expf(distribution.log(new, log_std, action) - batch.logs[place]);
         surrogate += share * ratio * batch.advantages[place];
-        let old = (&batch.outputs[row], batch.log_std.as_slice());
-        divergence += share * distribution.divergence((new, log_std), old);
+        divergence += share * distribution.divergence((new, log_std), (old, &seen.log_std));
     }
     (surrogate, divergence)
-}
-
-fn replace(to: &mut Vec<f32>, from: &[f32]) {
-    to.clear();
-    to.extend_from_slice(from);
 }
 
 /// Returns the inner product, in double precision.
@@ -324,6 +306,7 @@ fn dot(a: &[f32], b: &[f32]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::Trainer;
+    use super::super::rollout::Rollout;
     use super::super::testing::{Corridor, Slider, check_trainer, outcome, play, updates};
     use super::*;
     use crate::rl::environment::Actions;
