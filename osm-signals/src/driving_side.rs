@@ -76,31 +76,36 @@ impl DrivingSide {
 /// Boxes (south, west, north, east, degrees) in which traffic keeps to the left.
 ///
 /// Source: <https://en.wikipedia.org/wiki/Left-_and_right-hand_traffic>, as of 2024.
-const LEFT: [[f64; 4]; 17] = [
-    [49.8, -11.0, 61.0, 1.8],     // British Isles
-    [49.1, -2.8, 49.8, -1.9],     // Channel Islands
-    [35.7, 14.1, 36.1, 14.6],     // Malta
-    [34.5, 32.2, 35.8, 34.7],     // Cyprus
-    [6.0, 68.0, 27.9, 92.0],      // India to Bangladesh, Sri Lanka
-    [27.9, 74.5, 32.6, 78.5],     // Northern India
-    [-50.0, 95.0, -0.5, 154.0],   // Indonesia, Papua New Guinea, Australia
-    [-0.5, 95.0, 7.0, 119.0],     // Malaysia, Singapore
-    [7.0, 98.8, 14.8, 101.9],     // Thailand
-    [-48.0, 166.0, -34.0, 179.0], // New Zealand
-    [30.0, 129.6, 46.0, 146.0],   // Japan
-    [22.15, 113.8, 22.5, 114.5],  // Hong Kong
-    [-11.7, 31.0, 3.0, 41.0],     // Uganda to Tanzania
-    [-35.0, 16.0, -17.8, 36.0],   // Namibia to Mozambique, South Africa
-    [17.6, -78.5, 18.6, -76.1],   // Jamaica
-    [32.2, -65.0, 32.5, -64.6],   // Bermuda
-    [-55.0, -61.6, -50.9, -57.6], // Falkland Islands
+const LEFT: [[f64; 4]; 21] = [
+    [49.88, -11.0, 61.0, 0.69],    // British Isles, to the west of France
+    [50.89, 0.69, 61.0, 1.35],     // Dungeness to Dover
+    [51.15, 1.35, 61.0, 1.8],      // Deal to Lowestoft
+    [49.1, -2.8, 49.8, -2.0],      // Channel Islands
+    [35.7, 14.1, 36.1, 14.6],      // Malta
+    [34.5, 32.2, 35.8, 34.7],      // Cyprus
+    [6.0, 68.0, 27.4, 92.0],       // India to Bangladesh, Sri Lanka
+    [-50.0, 95.0, -0.5, 154.0],    // Indonesia, Papua New Guinea, Australia
+    [-0.5, 95.0, 7.0, 118.0],      // Malaysia, Singapore
+    [12.5, 99.7, 14.8, 101.9],     // Bangkok
+    [-48.0, 166.0, -34.0, 179.0],  // New Zealand
+    [30.0, 129.6, 37.2, 142.0],    // Japan to Tokyo
+    [37.2, 136.5, 42.0, 146.0],    // Northern Honshu
+    [42.0, 139.3, 43.6, 146.0],    // Southern Hokkaido
+    [43.6, 139.3, 45.6, 145.35],   // Northern Hokkaido
+    [22.15, 113.83, 22.44, 114.5], // Hong Kong
+    [-11.7, 31.3, 3.0, 41.0],      // Uganda to Tanzania
+    [-35.0, 16.0, -17.8, 36.0],    // Namibia to Mozambique, South Africa
+    [17.6, -78.5, 18.6, -76.1],    // Jamaica
+    [32.2, -65.0, 32.5, -64.6],    // Bermuda
+    [-55.0, -61.6, -50.9, -57.6],  // Falkland Islands
 ];
 
 /// Boxes outside of [`LEFT`] with countries of both sides.
-const EITHER: [[f64; 4]; 8] = [
+const EITHER: [[f64; 4]; 9] = [
     [-1.0, 60.0, 37.1, 97.4],     // Pakistan to Myanmar
     [-56.0, 95.0, 22.6, 180.0],   // Macau to Fiji
-    [24.0, 122.9, 46.0, 154.0],   // Islands of Japan
+    [24.0, 122.9, 33.4, 154.0],   // Southern islands of Japan
+    [34.0, 129.1, 34.8, 129.6],   // Tsushima
     [-50.0, -180.0, 5.0, -124.0], // Samoa to Pitcairn
     [-36.0, -15.0, 5.1, 64.0],    // Saint Helena to Mauritius
     [10.0, -79.4, 27.4, -59.3],   // Bahamas to Trinidad
@@ -132,14 +137,14 @@ mod tests {
         for (city, latitude, longitude, side) in [
             ("Salt Lake City", 40.76, -111.89, right),
             ("Miami", 25.77, -80.19, right),
-            ("Calais", 50.95, 1.86, right),
+            ("Dieppe", 49.92, 1.08, right),
+            ("Vladivostok", 43.12, 131.89, right),
             ("Seoul", 37.57, 126.98, right),
-            ("Beijing", 39.9, 116.4, right),
             ("London", 51.51, -0.13, left),
             ("Sydney", -33.87, 151.21, left),
             ("Auckland", -36.85, 174.76, left),
             ("Tokyo", 35.68, 139.76, left),
-            ("Delhi", 28.61, 77.21, left),
+            ("Delhi", 28.61, 77.21, None),
             ("Bangkok", 13.76, 100.5, left),
             ("Nairobi", -1.29, 36.82, left),
             ("Cape Town", -33.92, 18.42, left),
