@@ -20,7 +20,8 @@ const TINY: f32 = 1e-30;
 /// Adam and its moments for one vector of parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Adam {
-    learning_rate: f32,
+    /// May fall over a training.
+    pub(crate) learning_rate: f32,
     epsilon: f32,
     first: Vec<f32>,
     second: Vec<f32>,
@@ -32,11 +33,6 @@ impl Adam {
     pub fn new(parameters: usize, learning_rate: f32, epsilon: f32) -> Self {
         let zeros = vec![0.0; parameters];
         Self { learning_rate, epsilon, first: zeros.clone(), second: zeros, steps: 0 }
-    }
-
-    /// Changes the step size, for one that falls over a training.
-    pub fn set_learning_rate(&mut self, learning_rate: f32) {
-        self.learning_rate = learning_rate;
     }
 
     /// Moves the parameters against the gradient, whose Euclidean norm is first cut to `max_norm`.

@@ -1,6 +1,6 @@
 //! A 2 x 2 convolution of images of one channel, stride 1, no padding, on tiles.
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::tile::{TILE, sum};
 
@@ -36,26 +36,7 @@ impl Image {
     /// * `w`, `bias` — shapes `[4, channels]` and `[channels]`.
     /// * `y` — shape `[channels * positions, TILE]`.
     pub(super) fn forward(&self, x: &[f32], w: &[f32], bias: &[f32], y: &mut [f32]) {
-        let (pixels, outputs) = (x.as_chunks::<TILE>().0, y.as_chunks_mut::<TILE>().0);
-        Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let channels = outputs.chunks_exact_mut(self.positions()).zip(bias);
-                for (channel, (outputs, bias)) in channels.enumerate() {
-                    let w: [f32; KERNEL] = std::array::from_fn(|j| w[j * self.channels + channel]);
-                    for (patch, y) in self.patches.iter().zip(outputs) {
-                        let x = patch.map(|p| &pixels[p]);
-                        for r in 0..TILE {
-                            let mut sum = *bias;
-                            for j in 0..KERNEL {
-                                sum = w[j].mul_add(x[j][r], sum);
-                            }
-                            y[r] = sum;
-                        }
-                    }
-                }
-            },
-        );
+        Arch::new().dispatch(Forward { image: self, x, w, bias, y });
     }
 
     /// Writes the outputs of a single image.
@@ -105,5 +86,36 @@ impl Image {
                 }
             },
         );
+    }
+}
+
+struct Forward<'a> {
+    image: &'a Image,
+    x: &'a [f32],
+    w: &'a [f32],
+    bias: &'a [f32],
+    y: &'a mut [f32],
+}
+
+impl WithSimd for Forward<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { image: Image { patches, channels }, x, w, bias, y } = self;
+        let (pixels, y) = (S::as_simd_f32s(x).0, S::as_mut_simd_f32s(y).0);
+        let registers = TILE / S::F32_LANES;
+        for (c, y) in y.chunks_exact_mut(patches.len() * registers).enumerate() {
+            let w: [_; KERNEL] = std::array::from_fn(|j| simd.splat_f32s(w[j * channels + c]));
+            let bias = simd.splat_f32s(bias[c]);
+            for (patch, y) in patches.iter().zip(y.chunks_exact_mut(registers)) {
+                for v in 0..registers {
+                    y[v] = bias;
+                    for j in 0..KERNEL {
+                        y[v] = simd.mul_add_f32s(w[j], pixels[patch[j] * registers + v], y[v]);
+                    }
+                }
+            }
+        }
     }
 }

@@ -14,6 +14,7 @@ use super::sb3::on_policy::{Algorithm as _, Experience};
 use super::sb3::ppo::ProximalPolicy;
 use super::sb3::rollout::Rollout;
 use super::values::Losses;
+use crate::nn::Network as _;
 use crate::nn::sequential::Sequential;
 use crate::state::{Learned, State, kept};
 
@@ -39,8 +40,8 @@ impl Ppo {
         labels: &[&str],
     ) -> Self {
         let generator = |last: &'static str| Generator::new(seed, &[labels, &[last]].concat());
+        let rollout = Rollout::new(1, settings.num_steps, network.inputs(), 1);
         let networks = ActorCritic::joint(network, parameters, settings.adam_epsilon);
-        let rollout = Rollout::new(1, settings.num_steps, networks.inputs(), 1);
         Self {
             algorithm: ProximalPolicy::new(settings.clone(), &networks),
             experience: Experience::new(networks, rollout, generator("shuffling")),

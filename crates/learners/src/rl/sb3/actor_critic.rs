@@ -178,11 +178,6 @@ impl ActorCritic {
         Outputs { policy, log_std, values: value.forward(of_value, states) }
     }
 
-    /// Returns the numbers of an observation.
-    pub(in crate::rl) fn inputs(&self) -> usize {
-        self.policy.inputs()
-    }
-
     /// Returns what the policy says of states, the logarithms of its deviations, and what both mean.
     pub(super) fn say(&mut self, states: &[f32]) -> (&[f32], &[f32], &mut Distribution) {
         let [policy, _, log_std] = self.places().map(|place| &self.parameters[place]);
@@ -242,7 +237,7 @@ impl ActorCritic {
 
     /// One step of Adam against the gradient, which may be cut to a norm.
     pub(super) fn descend(&mut self, learning_rate: f32, max_grad_norm: impl Into<Option<f32>>) {
-        self.adam.set_learning_rate(learning_rate);
+        self.adam.learning_rate = learning_rate;
         self.adam.step(&mut self.parameters, &self.gradient, max_grad_norm.into());
     }
 

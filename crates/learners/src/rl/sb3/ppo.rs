@@ -141,7 +141,7 @@ impl Algorithm for ProximalPolicy {
                 }
             }
             Flavour::Pfrl => {
-                standardise(experience.rollout.advantages(), count as f32);
+                standardise(&mut experience.rollout.advantages, count as f32);
                 for _ in 0..(count * update_epochs).div_ceil(minibatch_size) {
                     while order.len() < minibatch_size {
                         let start = order.len();

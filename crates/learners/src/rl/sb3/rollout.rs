@@ -32,7 +32,7 @@ pub(in crate::rl) struct Rollout {
     logs: Vec<f32>,
     nexts: Vec<f32>,
     ends: Vec<f32>,
-    advantages: Vec<f32>,
+    pub(super) advantages: Vec<f32>,
     /// What the value of each state is to become.
     returns: Vec<f32>,
     /// States after steps that were cut.
@@ -208,11 +208,6 @@ impl Rollout {
             self.advantages[place] = later;
         }
         self.returns.iter_mut().zip(&self.advantages).for_each(|(v, a)| *v += a);
-    }
-
-    /// Returns the advantages after [`Self::estimate`].
-    pub(super) fn advantages(&mut self) -> &mut [f32] {
-        &mut self.advantages
     }
 }
 

@@ -236,7 +236,7 @@ fn fisher(
 ) {
     let Seen { batch: Batch { states, .. }, outputs, log_std, by_outputs, .. } = seen;
     let [network, _] = networks.of_policy();
-    let width = outputs.len() * networks.inputs() / states.len();
+    let width = networks.distribution.outputs();
     let share = width as f32 / outputs.len() as f32;
     product.resize(v.len(), 0.0);
     by_outputs.copy_from_slice(networks.tangent(states, &v[..network.len()]));
