@@ -8,4 +8,3 @@ echo "tsc-family $(git describe --always --dirty 2>/dev/null || echo unknown)," 
 echo
 cargo bench --quiet --bench main_job
 cargo bench --quiet --bench training
-cargo bench --quiet --bench analysis

@@ -13,7 +13,7 @@ mod tables;
 pub(crate) type Reader = fn(&[u8]);
 
 /// All readers; the seeds of each are in `seeds/NAME`.
-pub(crate) const READERS: [(&str, Reader); 21] = [
+pub(crate) const READERS: [(&str, Reader); 20] = [
     ("pbf", maps::pbf),
     ("xml", maps::xml),
     ("signals", maps::signals),
@@ -25,7 +25,6 @@ pub(crate) const READERS: [(&str, Reader); 21] = [
     ("utdf", tables::utdf),
     ("existing", tables::existing),
     ("scenario", tables::scenario),
-    ("set", tables::set),
     ("sumocfg", sumo::sumocfg),
     ("sources", sumo::sources),
     ("net", sumo::net),

@@ -65,14 +65,9 @@ fn scanned(bytes: &[u8]) -> Option<Scanned> {
 /// A network that netconvert wrote.
 pub(crate) fn net(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
-    let Ok(net) = NetFile::parse(text) else { return };
-    for (_, program, _) in net.programs.iter().take(20) {
-        net.has_one_green(program);
-    }
-    for a in net.links.iter().take(20) {
-        for b in net.links.iter().take(20) {
+    if let Ok(net) = NetFile::parse(text) {
+        for (a, b) in net.links.iter().zip(net.links.iter().skip(1)) {
             assert_eq!(net.meet(a, b), net.meet(b, a));
-            net.yields(a, b);
         }
     }
 }

@@ -3,7 +3,6 @@
 use osm_signals::DrivingSide;
 use tsc_family::family::MdpFamily;
 use tsc_family::family::error::FamilyError;
-use tsc_family::settings::overrides::Override;
 use tsc_family::traffic::existing::{NamedPlan, schedule, table};
 use tsc_family::traffic::family::approaches::{Approach, read_uncounted, to_csv};
 use tsc_family::traffic::family::load::{LoadedScenario, from_text};
@@ -28,8 +27,8 @@ const JUNCTIONS: &str = "intersection,arm,latitude,longitude,bearing_deg,lanes_i
 const POINT_TABLE: &str = include_str!("../seeds/points/smoke");
 const APPROACH_TABLE: &str = include_str!("../seeds/approaches/two");
 
-fn loaded(text: &str, overrides: &[Override], table: &str) -> Result<LoadedScenario, FamilyError> {
-    from_text(text, "fuzz.toml", overrides, &|_| Ok(table.to_owned()))
+fn loaded(text: &str, table: &str) -> Result<LoadedScenario, FamilyError> {
+    from_text(text, "fuzz.toml", &[], &|_| Ok(table.to_owned()))
 }
 
 /// What every family is.
@@ -47,7 +46,7 @@ fn sound(family: &MdpFamily) {
 /// A table of point MDPs, in any encoding that is read.
 pub(crate) fn points(bytes: &[u8]) {
     let Ok(text) = sheet::decode(bytes) else { return };
-    if let Ok(loaded) = loaded(POINTS, &[], &text) {
+    if let Ok(loaded) = loaded(POINTS, &text) {
         sound(&loaded.family);
     }
 }
@@ -56,7 +55,7 @@ pub(crate) fn points(bytes: &[u8]) {
 pub(crate) fn approaches(bytes: &[u8]) {
     let Ok(text) = sheet::decode(bytes) else { return };
     for scenario in [APPROACHES.to_owned(), format!("{APPROACHES}{PER_APPROACH}")] {
-        if let Ok(loaded) = loaded(&scenario, &[], &text) {
+        if let Ok(loaded) = loaded(&scenario, &text) {
             sound(&loaded.family);
             let members: usize = loaded.members.iter().map(Vec::len).sum();
             assert_eq!(members, loaded.intersections.len(), "every intersection counts once");
@@ -117,8 +116,7 @@ fn shown(plans: &[NamedPlan]) {
 
 /// Checks that approaches are a table that reads back, and that each of its intersections has vehicles to draw.
 fn simulated(approaches: Vec<Approach>) {
-    let Ok(loaded) = loaded(&format!("{APPROACHES}{PER_APPROACH}"), &[], &to_csv(&approaches))
-    else {
+    let Ok(loaded) = loaded(&format!("{APPROACHES}{PER_APPROACH}"), &to_csv(&approaches)) else {
         // Arms without counts and without daily ones.
         assert!(approaches.iter().any(|a| a.counted.is_none()), "{}", to_csv(&approaches));
         return;
@@ -135,23 +133,10 @@ fn simulated(approaches: Vec<Approach>) {
 pub(crate) fn scenario(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     for table in [POINT_TABLE, APPROACH_TABLE] {
-        if let Ok(loaded) = loaded(text, &[], table) {
+        if let Ok(loaded) = loaded(text, table) {
             reads_back(&loaded.scenario);
             sound(&loaded.family);
         }
-    }
-}
-
-/// Settings of the command line, one per line.
-pub(crate) fn set(bytes: &[u8]) {
-    let Ok(text) = std::str::from_utf8(bytes) else { return };
-    let overrides: Vec<Override> = text.lines().filter_map(|line| line.parse().ok()).collect();
-    for setting in &overrides {
-        setting.keys();
-    }
-    if let Ok(loaded) = loaded(POINTS, &overrides, POINT_TABLE) {
-        reads_back(&loaded.scenario);
-        sound(&loaded.family);
     }
 }
 

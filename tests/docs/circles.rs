@@ -55,7 +55,7 @@ fn modules_of_a_crate_use_each_other_in_one_direction() {
                 }
             }
         }
-        assert!(uses.len() > 2, "{name}: {uses:?}");
+        assert!(!uses.is_empty(), "{name} has no modules");
         assert_eq!(circle(uses), Vec::<String>::new(), "modules of {name} in a circle");
     }
 }

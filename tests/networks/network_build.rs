@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use osm_signals::DrivingSide;
 use osm_signals::Turns;
 use tsc_family::settings::overrides::Override;
-use tsc_family::traffic::family::load::{self, LoadedScenario};
+use tsc_family::traffic::family::load;
 use tsc_family::traffic::network::build::{BuildOptions, BuildSummary, build_all};
 use tsc_family::traffic::network::demand::DemandSpec;
 use tsc_family::traffic::network::error::NetworkError;
@@ -136,13 +136,6 @@ fn fault(net: &str) -> String {
     result.map_or_else(|e| e.to_string(), |()| "sound".to_owned())
 }
 
-fn salt_lake_city(detail: &str) -> LoadedScenario {
-    let (_, text) = load::EMBEDDED[0];
-    let text = text.replace("detail = \"six-features\"", &format!("detail = \"{detail}\""));
-    let table = include_str!("../../data/salt-lake-city/approaches.csv");
-    load::from_text(&text, "t.toml", &[], &|_| Ok(table.to_owned())).unwrap()
-}
-
 #[test]
 fn every_shape_builds_and_is_sound() {
     let out = tempfile::tempdir().unwrap();
@@ -169,14 +162,6 @@ fn every_shape_builds_and_is_sound() {
         ("wye", 3, 3),
     ];
     assert_eq!(phases, expected);
-}
-
-#[test]
-fn real_arms_of_salt_lake_city_build() {
-    let specs = intersections(&salt_lake_city("per-approach")).unwrap();
-    let specs: Vec<_> = specs.into_iter().step_by(20).collect();
-    let out = tempfile::tempdir().unwrap();
-    assert_eq!(build(&specs, out.path(), false).unwrap().built, 15);
 }
 
 /// Every network of the embedded city, as point MDPs and as itself, under both presets: it can be built,
@@ -247,12 +232,6 @@ fn two_builds_are_equal_byte_by_byte_and_leave_nothing_else_behind() {
 }
 
 #[test]
-fn a_network_names_neither_date_nor_folder() {
-    let net = cross_net();
-    assert!(!net.contains("<!--") && !net.contains("generated"), "{}", &net[..400]);
-}
-
-#[test]
 fn what_is_up_to_date_is_not_built_again_and_what_changed_is() {
     let out = tempfile::tempdir().unwrap();
     let mut specs = vec![cross(), tee()];
@@ -262,16 +241,6 @@ fn what_is_up_to_date_is_not_built_again_and_what_changed_is() {
     specs[0].arms[0].inflow_vph = 500.0;
     let summary = build(&specs, out.path(), false).unwrap();
     assert_eq!((summary.built, summary.up_to_date), (1, 1));
-}
-
-#[test]
-fn networks_that_the_family_does_not_need_are_kept() {
-    let out = tempfile::tempdir().unwrap();
-    build(&[cross()], out.path(), false).unwrap();
-    let summary = build(&[tee()], out.path(), false).unwrap();
-    assert_eq!(summary.built, 1);
-    let all = Built::all(out.path()).unwrap();
-    all.iter().find(|built| built.point == "cross").unwrap().verify(out.path()).unwrap();
 }
 
 /// The paths and bytes of all networks' files.
@@ -306,28 +275,6 @@ fn a_build_with_other_settings_leaves_networks_as_they_are() {
 }
 
 #[test]
-fn an_altered_file_is_an_error_until_forced() {
-    let out = tempfile::tempdir().unwrap();
-    build(&[cross()], out.path(), false).unwrap();
-    let net = out.path().join("cross/cross.net.xml");
-    let original = fs::read(&net).unwrap();
-    fs::write(&net, "<net/>").unwrap();
-    let e = build(&[cross()], out.path(), false).unwrap_err();
-    assert!(matches!(e, NetworkError::Altered { what: "was altered", .. }), "{e}");
-    build(&[cross()], out.path(), true).unwrap();
-    assert_eq!(fs::read(&net).unwrap(), original);
-}
-
-#[test]
-fn a_deleted_file_is_an_error() {
-    let out = tempfile::tempdir().unwrap();
-    build(&[cross()], out.path(), false).unwrap();
-    fs::remove_file(out.path().join("cross/cross.demand.json")).unwrap();
-    let e = build(&[cross()], out.path(), false).unwrap_err();
-    assert!(matches!(e, NetworkError::Altered { what: "was deleted", .. }), "{e}");
-}
-
-#[test]
 fn an_impossible_intersection_leaves_no_files() {
     let out = tempfile::tempdir().unwrap();
     let mut bad = cross();
@@ -335,13 +282,6 @@ fn an_impossible_intersection_leaves_no_files() {
     let e = build(&[bad], out.path(), false).unwrap_err();
     assert!(matches!(e, NetworkError::Intersection { .. }), "{e}");
     assert!(files(out.path()).is_empty());
-}
-
-#[test]
-fn a_folder_that_cannot_be_created_is_named() {
-    let file = tempfile::NamedTempFile::new().unwrap();
-    let e = build(&[cross()], &file.path().join("out"), false).unwrap_err().to_string();
-    assert!(e.starts_with("cannot create ") && e.contains("out: "), "{e}");
 }
 
 #[test]
@@ -367,45 +307,28 @@ fn a_sound_network_passes_and_its_lengths_are_exact() {
 }
 
 #[test]
-fn a_planted_conflicting_protected_green_is_found() {
-    // The fourth link turns left across the opposing through lanes.
-    let fault = fault(&cross_net().replacen("state=\"GGGg", "state=\"GGGG", 1));
-    assert!(fault.contains("program \"phases\", phase 0: in0_1 to out1_1 and in2_0"), "{fault}");
-    assert!(fault.ends_with("meet but are both protected"), "{fault}");
-}
-
-#[test]
-fn a_planted_link_that_is_never_green_is_found() {
-    let fault = fault(&cross_net().replace("state=\"G", "state=\"r"));
-    assert!(fault.ends_with("in0_0 to out3_0 is never green"), "{fault}");
-}
-
-#[test]
-fn a_planted_phase_that_serves_nothing_is_found() {
-    let fault = fault(&cross_net().replacen("GGGgrrrrGGGgrrrr", "rrrrrrrrrrrrrrrr", 1));
-    assert!(fault.ends_with("program \"phases\", phase 0: serves nothing"), "{fault}");
-}
-
-#[test]
-fn a_planted_wrong_length_is_found() {
-    let fault = fault(&cross_net().replace("length=\"234.50\" shape", "length=\"230.00\" shape"));
-    assert!(fault.ends_with("in0 is 230 m long instead of 234.5"), "{fault}");
-}
-
-#[test]
-fn a_missing_connection_is_found() {
+fn planted_faults_are_found() {
     let net = cross_net();
     let start = net.find("<connection from=\"in0\" to=\"out3\"").unwrap();
-    let end = start + net[start..].find("/>").unwrap() + 2;
-    let fault = fault(&net.replacen(&net[start..end], "", 1));
-    assert!(fault.ends_with("movement in0 to out3 has no connection"), "{fault}");
-}
-
-#[test]
-fn a_program_that_vehicles_would_see_before_the_default_one_is_found() {
+    let connection = &net[start..=start + net[start..].find("/>").unwrap() + 1];
     let other = "<tlLogic id=\"c\" type=\"static\" programID=\"zzz\"></tlLogic><tlLogic";
-    let fault = fault(&cross_net().replacen("<tlLogic", other, 1));
-    assert!(fault.ends_with("program \"program\" is not the one that SUMO starts with"), "{fault}");
+    for (from, to, expected) in [
+        // The fourth link turns left across the opposing through lanes.
+        ("state=\"GGGg", "state=\"GGGG", "meet but are both protected"),
+        ("GGGgrrrrGGGgrrrr", "rrrrrrrrrrrrrrrr", "program \"phases\", phase 0: serves nothing"),
+        (
+            "length=\"234.50\" shape",
+            "length=\"230.00\" shape",
+            "in0 is 230 m long instead of 234.5",
+        ),
+        (connection, "", "movement in0 to out3 has no connection"),
+        ("<tlLogic", other, "program \"program\" is not the one that SUMO starts with"),
+    ] {
+        let fault = fault(&net.replacen(from, to, 1));
+        assert!(fault.ends_with(expected), "{from}: {fault}");
+    }
+    let fault = fault(&net.replace("state=\"G", "state=\"r"));
+    assert!(fault.ends_with("in0_0 to out3_0 is never green"), "{fault}");
 }
 
 #[test]

@@ -123,15 +123,6 @@ fn a_street_in_several_edges_is_traced_to_its_start_and_to_the_next_signal() {
 }
 
 #[test]
-fn without_reach_a_stub_is_warned_of() {
-    let scenario = Scenario::new();
-    let text = signals(&street(&scenario, ""), "--set signal.detection_m=1");
-    // One line for both lanes.
-    assert!(text.contains("warning: lanes w3_0, w3_1 are seen for 0.9 m only"), "{text}");
-    assert_eq!(text.matches("m only; upstream").count(), 1, "{text}");
-}
-
-#[test]
 fn greens_that_differ_in_lefts_count_all_movements_and_one_for_pedestrians_is_left_out() {
     let scenario = Scenario::new();
     let config = crossing(&scenario);
@@ -151,32 +142,6 @@ fn greens_that_differ_in_lefts_count_all_movements_and_one_for_pedestrians_is_le
         notes.contains("signal C: no lane for cars is served by the greens rrrrrrG"),
         "{notes}"
     );
-}
-
-#[test]
-fn a_drawing_has_a_panel_for_the_lanes_and_one_per_phase() {
-    let scenario = Scenario::new();
-    let config = crossing(&scenario);
-    signals(&config, "--svg drawings");
-    let path = config.with_file_name("drawings").join("00-C.svg");
-    let drawing = fs::read_to_string(path).unwrap();
-    assert_eq!(drawing.matches("<g transform=").count(), 4);
-    assert!(drawing.contains("phase 1: counts") && !drawing.contains("NaN"));
-    // Two ways straight on with right of way and two lefts that yield.
-    let first = drawing.split("phase 0: counts").nth(1).unwrap();
-    let first = first.split("</g>").next().unwrap();
-    assert_eq!(first.matches("class=\"go\"").count(), 2);
-    assert_eq!(first.matches("class=\"yield\"").count(), 2);
-}
-
-#[test]
-fn a_place_that_is_neither_file_nor_point_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let output = run(folder.path(), "signals nowhere smoke");
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("it has quiet, busy"), "{}", stderr(&output));
-    let output = run(folder.path(), "signals nowhere.sumocfg");
-    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
 }
 
 /// Delay of max pressure, seconds.

@@ -1,14 +1,59 @@
-//! `tsc-family run` on every control task, from the family to the page.
+//! `tsc-family run` on control tasks, from the family to the page, without SUMO.
 
 use std::fs;
-use std::process::Command;
 
 use serde_json::Value;
 use tsc_family::control_tasks::mujoco;
 
+use crate::common::{program, stderr};
+use crate::folder::Folder;
+
+#[test]
+fn a_run_has_records_and_models_and_is_the_same_with_two_workers() {
+    let folder = Folder::new();
+    let run = "run cartpole --budget 2 --methods ppo,dqn --set ppo.total_steps=4096 --set dqn.total_steps=4000 -q";
+    folder.run(&format!("{run} --out one --jobs 1"));
+    folder.run(&format!("{run} --out two --jobs 2"));
+    assert_eq!(folder.records("one"), folder.records("two"));
+    for task in 0..4 {
+        let rows = folder.record("one", task);
+        let score = rows[0]["metrics"]["normalised_return"].as_f64().unwrap();
+        assert!(score > 0.0 && score <= 1.0, "{score}");
+        let kinds = |kind: &str| rows.iter().filter(|r| r["kind"] == kind).count();
+        // An update of ppo is 2,048 steps; a row of dqn is a fiftieth of its steps.
+        let training = if rows[0]["method"] == "dqn" { 50 } else { 2 };
+        assert_eq!((kinds("training"), kinds("evaluation")), (training, 5));
+        let model = |out: &str| {
+            fs::read(folder.join(&format!("{out}/models/000/{task}.safetensors"))).unwrap()
+        };
+        assert!(model("one") == model("two"), "{task}");
+    }
+    let identity = folder.json("one/manifest.json")["identity"].clone();
+    assert_eq!(
+        (&identity["domain"], &identity["objective"]),
+        (&"cartpole".into(), &"normalised_return".into())
+    );
+}
+
+#[test]
+fn a_family_is_listed_and_a_table_of_own_points_is_evaluated() {
+    let scenario =
+        "domain = \"cartpole\"\nname = \"own\"\nfamily.points = \"p.csv\"\nppo.total_steps = 2048";
+    let table = "point,instances,masspole_kg\na,3,0.2\n";
+    let folder = Folder::with(&[("own.toml", scenario), ("p.csv", table)]);
+    folder.run("run own.toml --methods ppo -q");
+    assert_eq!(folder.record("results/own", 0)[0]["point"], "a");
+    assert!(folder.run("list cartpole").ends_with("576 point MDPs in scenario cartpole\n"));
+    let listed = folder.run("list cartpole --json");
+    let first: Value = serde_json::from_str(listed.lines().next().unwrap()).unwrap();
+    assert_eq!(
+        (&first["point"], &first["force_n"]),
+        (&"l0.05-c0.1-p0.01-f1-g0.1".into(), &1.0.into())
+    );
+}
+
 #[test]
 fn every_control_task_runs_with_every_method_from_the_family_to_the_page() {
-    let dir = tempfile::tempdir().unwrap();
     let mut tasks = vec![
         ("acrobot", "ppo,dqn,trpo,ars", "return"),
         ("cartpole", "trpo,ars", "normalised_return"),
@@ -24,43 +69,34 @@ fn every_control_task_runs_with_every_method_from_the_family_to_the_page() {
         ]),
         Err(e) => eprintln!("half-cheetah and swimmer are skipped: {e}"),
     }
+    let folder = Folder::new();
     for (task, methods, metric) in tasks {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_tsc-family"));
-        command.args(["run", task, "--budget", "1", "--methods", methods, "-q", "--out", task]);
+        let mut command = format!("run {task} --budget 1 --methods {methods} -q --out {task}");
         for method in methods.split(',') {
-            command.args(["--set", &format!("{method}.total_steps=1000")]);
+            command += &format!(" --set {method}.total_steps=1000");
             if ["sac", "td3"].contains(&method) {
-                command.args(["--set", &format!("{method}.hidden=8")]);
-                command.args(["--set", &format!("{method}.batch_size=8")]);
+                command += &format!(" --set {method}.hidden=8 --set {method}.batch_size=8");
             }
         }
-        let output = command.current_dir(dir.path()).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        for number in 0..methods.split(',').count() {
-            let record = dir.path().join(format!("{task}/done/000/{number}.jsonl"));
-            let text = fs::read_to_string(record).unwrap();
-            let head: Value = serde_json::from_str(text.lines().next().unwrap()).unwrap();
-            assert_eq!(head["outcome"], "ok", "{text}");
-            assert!(head["metrics"][metric].is_f64(), "{text}");
+        folder.run(&command);
+        for (number, method) in methods.split(',').enumerate() {
+            let head = folder.record(task, number).remove(0);
+            assert_eq!(head["outcome"], "ok", "{head}");
+            assert!(head["metrics"][metric].is_f64(), "{head}");
+            folder.shows(&format!("{task}/report/index.html"), &[method]);
         }
-        let page = fs::read_to_string(dir.path().join(task).join("report/index.html")).unwrap();
-        assert!(methods.split(',').all(|method| page.contains(method)));
     }
 }
 
 #[test]
 fn without_mujoco_a_run_says_what_to_install_and_a_list_needs_none() {
-    let dir = tempfile::tempdir().unwrap();
-    let said = |args: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_tsc-family"));
-        command.args(args).current_dir(dir.path()).env(mujoco::VARIABLE, dir.path());
-        let output = command.output().unwrap();
-        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    let folder = Folder::new();
+    let run = |args: &str| {
+        let mut program = program(folder.path());
+        program.args(args.split(' ')).env(mujoco::VARIABLE, folder.path()).output().unwrap()
     };
-    let (code, text) = said(&["run", "swimmer", "--methods", "ppo"]);
-    assert_eq!(code, Some(4), "{text}");
-    assert!(text.contains("MuJoCo is missing, which half-cheetah and swimmer need"), "{text}");
-    assert!(text.contains("scripts/setup.sh mujoco"), "{text}");
-    let (code, text) = said(&["list", "half-cheetah"]);
-    assert_eq!(code, Some(0), "{text}");
+    let output = run("run swimmer --methods ppo");
+    assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
+    assert!(stderr(&output).contains("scripts/setup.sh mujoco"), "{}", stderr(&output));
+    assert!(run("list half-cheetah").status.success());
 }

@@ -17,6 +17,11 @@ pub(crate) fn repository(file: &str) -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap()
 }
 
+/// The rows of a table.
+pub(crate) fn rows(table: &Path) -> Vec<Row> {
+    csv::Reader::from_path(table).unwrap().deserialize().map(Result::unwrap).collect()
+}
+
 /// A temporary folder; commands are given as in a shell.
 pub(crate) struct Folder(tempfile::TempDir);
 
@@ -117,8 +122,7 @@ impl Folder {
     }
 
     pub(crate) fn rows(&self, table: &str) -> Vec<Row> {
-        let mut reader = csv::Reader::from_path(self.join(table)).unwrap();
-        reader.deserialize().map(Result::unwrap).collect()
+        rows(&self.join(table))
     }
 
     /// The lines of a task's record, without wall-clock values.

@@ -54,21 +54,6 @@ fn a_level_crossing_is_no_signal_to_control() {
     assert!(notes.contains(&format!("gate.sumocfg: {expected}")), "{notes}");
 }
 
-#[test]
-fn the_forecast_counts_the_simulations_of_all_signals() {
-    let files = Scenario::new();
-    let config = scenario(&files, "net", r#"<trip id="t" depart="0" from="WA" to="BE"/>"#);
-    let methods = "--methods fixed-time,max-pressure --eval-seeds 1 --dry-run";
-    let output = run(folder(&config), &format!("run --sumocfg net.sumocfg {methods}"));
-    let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
-    // 24 times the root of three, and an evaluation each of these two and the baseline.
-    assert!(text.contains("45 episodes at most"), "{text}");
-    let none = "the family of smoke has no effect";
-    assert!(!text.contains(none), "{text}");
-    let output = run(folder(&config), &format!("run smoke --sumocfg net.sumocfg {methods}"));
-    assert!(stderr(&output).contains(none), "{}", stderr(&output));
-}
-
 /// Somebody crosses the street between W and C at P; a side street from D joins behind, and yields.
 const CROSSING_NODES: &str = r#"<nodes>
     <node id="W" x="-300" y="0"/> <node id="P" x="0" y="0" type="traffic_light"/>
@@ -269,15 +254,6 @@ fn a_signal_that_an_additional_file_switches_off_stays_dark_unless_the_clock_may
     let said = stderr(&run(folder(&config), "signals two.sumocfg"));
     assert!(said.contains("signal D: the program that runs at the start never shows"), "{said}");
     assert!(said.contains("pass --begin with the time of that switch"), "{said}");
-}
-
-#[test]
-fn a_wrong_setting_beside_a_sumo_scenario_is_told_without_the_embedded_one() {
-    let files = Scenario::new();
-    let config = scenario(&files, "net", r#"<trip id="t" depart="0" from="WA" to="BE"/>"#);
-    let command = "run --sumocfg net.sumocfg --methods fixed-time --set fixed_time.simulations=4";
-    let said = stderr(&run(folder(&config), command));
-    assert!(said.starts_with("error: --set fixed_time.simulations=4: "), "{said}");
 }
 
 #[test]

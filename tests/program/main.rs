@@ -13,7 +13,6 @@ mod nightly;
 mod adding;
 #[cfg(feature = "libsumo")]
 mod batch;
-mod cartpole_run;
 #[cfg(feature = "libsumo")]
 mod check;
 mod cli_evaluate;
@@ -44,8 +43,6 @@ mod osm_simulate;
 mod outcomes;
 #[cfg(feature = "libsumo")]
 mod own_controllers;
-#[cfg(feature = "libsumo")]
-mod plain_sumo;
 #[cfg(feature = "libsumo")]
 mod plans_sumo;
 #[cfg(feature = "libsumo")]

@@ -1,13 +1,14 @@
 //! The plans of a report are what a method did: plain `sumo` with them shows their phases, and repeats
 //! the recorded delays to the last digit.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::common::{stderr, succeed};
 use crate::fixture::Scenario;
+use crate::folder::{Row, rows};
 use crate::nightly::is_nightly;
 use serde_json::Value;
 use tsc_family::traffic::sim::tripinfo;
@@ -56,23 +57,19 @@ fn records(folder: &Path) -> Vec<(Value, Vec<Value>)> {
     (0..tasks).map(record).collect()
 }
 
-/// The rows of `plans.csv` of a method on a point MDP, by column.
-fn plan(folder: &Path, point: &str, method: &str) -> Vec<Vec<(String, String)>> {
-    let mut table = csv::Reader::from_path(folder.join("out/report/plans.csv")).unwrap();
-    let header = table.headers().unwrap().clone();
-    let rows = table.records().map(|row| {
-        let row = row.unwrap();
-        header.iter().zip(&row).map(|(a, b)| (a.to_owned(), b.to_owned())).collect::<Vec<_>>()
-    });
-    rows.filter(|row| row[0].1 == point && row[2].1 == method).collect()
+/// The rows of `plans.csv` of a method on a point MDP.
+fn plan(folder: &Path, point: &str, method: &str) -> Vec<Row> {
+    let mut rows = rows(&folder.join("out/report/plans.csv"));
+    rows.retain(|row| row["point"] == point && row["method"] == method);
+    rows
 }
 
-fn cell<'a>(row: &'a [(String, String)], name: &str) -> &'a str {
-    &row.iter().find(|(column, _)| column == name).unwrap().1
+fn cell<'a>(row: &'a Row, name: &str) -> &'a str {
+    &row[name]
 }
 
 /// What a fixed cycle of `plans.csv` shows from time 0 on, second by second, by greens only.
-fn greens(plan: &[Vec<(String, String)>], seconds: usize) -> Vec<Option<String>> {
+fn greens(plan: &[Row], seconds: usize) -> Vec<Option<String>> {
     let mut cycle = Vec::new();
     for row in plan {
         let seconds = |name| cell(row, name).parse::<usize>().unwrap();
@@ -183,8 +180,7 @@ fn plans_of_several_signals_in_an_imported_scenario_repeat_delays_too() {
         assert_eq!(signals, ["A", "B", "S"], "{method}");
     }
     // Records do not have the offsets of the network's own programs.
-    let mut reader = csv::Reader::from_path(folder.join("out/report/cabinet.csv")).unwrap();
-    let rows: Vec<BTreeMap<String, String>> = reader.deserialize().map(Result::unwrap).collect();
+    let rows = rows(&folder.join("out/report/cabinet.csv"));
     let offsets = |method: &str| -> BTreeSet<&str> {
         let own = rows.iter().filter(|row| row["method"] == method);
         own.map(|row| row["offset_s"].as_str()).collect()
