@@ -141,7 +141,6 @@ fn what_cannot_become_a_family_is_refused_with_the_reason() {
     let whole = folder.read("four_arms.osm");
     folder.write("aadt.csv", "latitude,longitude,aadt\n41.0,-75.0,9000\n");
     folder.write("far.csv", "lat,lon\n41.0,-75.0\n");
-    folder.write("exchanged.csv", "lat,lon\n-75.0,40.0\n");
     folder.write("no.json", "{\"type\": \"FeatureCollection\"}");
     folder.write("half.osm", &whole[..whole.len() / 2]);
     folder.write("empty.osm", "");
@@ -149,7 +148,6 @@ fn what_cannot_become_a_family_is_refused_with_the_reason() {
     folder.refuses(&[
         (&four("--aadt aadt.csv"), "aadt.csv: none of its 1 counts"),
         (&four("--signals far.csv"), "latitudes 41.000 to 41.000"),
-        (&four("--signals exchanged.csv"), "exchange latitude and longitude"),
         (&four("--signals no.json"), "a FeatureCollection of points is needed"),
         (&four("--boundary=-76,40,-75.5,41"), "1 outside the boundary"),
         (&four("--set family.detail=six-features"), "family.detail"),
