@@ -799,20 +799,6 @@ mod tests {
     }
 
     #[test]
-    fn crossing_movements_with_the_right_of_way_are_refused() {
-        let e = refused(&|p| p.phases[5].movements.push("NBT".into()));
-        assert!(e.contains("phases 4 and 8 are green together (barrier 2) and have"), "{e}");
-        let e = refused(&|p| p.phases[2].movements.push("WBL".into()));
-        assert!(e.contains("phase 4 has") && e.contains("which cross"), "{e}");
-        for name in ["NBT", "NBL"] {
-            let placed = tried(&|p| p.phases[2].yielding.push(name.into()));
-            let said = placed.doubts.iter().map(Doubt::brief).collect::<String>();
-            let expected = format!("phase 4 has EBT and {name}, which cross, and {name} yields");
-            assert!(placed.refused.is_empty() && said.contains(&expected), "{said}");
-        }
-    }
-
-    #[test]
     fn movements_that_lead_into_lanes_side_by_side_are_said_and_not_refused() {
         let tried = |first: &str| {
             let phases = [first, "NBT NBR", "WBL", "SBL SBT SBR", "EBL EBT EBR"];

@@ -252,16 +252,6 @@ impl TurningCounts {
         self.doubts.extend(Doubt::of(format!("{file}: columns that are not used"), unused));
         Ok(())
     }
-
-    /// Returns how many intersections were counted.
-    pub fn len(&self) -> usize {
-        self.intersections.len()
-    }
-
-    /// Returns whether nothing was counted.
-    pub fn is_empty(&self) -> bool {
-        self.intersections.is_empty()
-    }
 }
 
 /// Returns the first layout that fits.

@@ -225,18 +225,6 @@ fn heavy_vehicles_that_may_be_a_share_are_said() {
 }
 
 #[test]
-fn a_movement_with_lanes_and_without_a_volume_is_named() {
-    let text = TWO.replace("Volume,1,80,310,", "Volume,1,80,,");
-    let said_of = |text: &str| said(&read(text).intersections().unwrap());
-    let expected = "movements that have lanes were not counted, and have no vehicles; write 0 where nobody drives (node 1 NBT)";
-    assert!(said_of(&text).contains(expected), "{}", said_of(&text));
-    let none = TWO.replace("Volume,2,90,,110,,,,,700,45,65,610,,,\n", "");
-    for text in [TWO, &none] {
-        assert!(!said_of(text).contains("were not counted"), "{}", said_of(text));
-    }
-}
-
-#[test]
 fn a_signal_that_cannot_be_a_row_is_left_out_and_the_others_stay() {
     let left_out = |text: &str| {
         let converted = read(text).intersections().unwrap();
@@ -251,34 +239,6 @@ fn a_signal_that_cannot_be_a_row_is_left_out_and_the_others_stay() {
         .replace("Lanes,13,,,,2", "Lanes,13,,,,0");
     let dead = left_out(&dead);
     assert!(dead.contains("node 1, EB Main St: an arm needs at least one lane"), "{dead}");
-}
-
-#[test]
-fn coordinates_that_are_no_numbers_are_refused_at_their_line() {
-    for value in ["nan", "inf", "1e309"] {
-        let e = refused(&TWO.replace("11,1,0,1200,0", &format!("11,1,{value},1200,0")));
-        assert_eq!(e, format!("n.csv, line 24: X = {value:?}: expected a number"));
-    }
-}
-
-#[test]
-fn change_intervals_of_the_network_are_checked() {
-    let e = refused(&TWO.replace("yellowTime,3.5", "yellowTime,\"3,9\""));
-    let expected = "n.csv, line 6: [Network] yellowtime = \"3,9\": expected a number from 1 to 10";
-    assert!(e.starts_with(expected), "{e}");
-    let e = refused(&TWO.replace("allRedTime,1.0", "allRedTime,x"));
-    assert!(e.contains("[Network] allredtime = \"x\": expected a number from 0 to 20"), "{e}");
-}
-
-#[test]
-fn half_a_walk_is_said_and_left_out() {
-    let text = TWO.replace("DontWalk,1,,14,,17", "DontWalk,1,,,,17");
-    let converted = read(&text).intersections().unwrap();
-    let phase = converted.plans.all[0].plan.phases.iter().find(|p| p.number == 2).unwrap();
-    assert_eq!(phase.walk_s, None);
-    let said = said(&converted);
-    let expected = "phases that have only one of Walk and DontWalk get no walk; give both, or none (node 1, phase 2)";
-    assert!(said.contains(expected), "{said}");
 }
 
 #[test]
