@@ -34,7 +34,7 @@ fn commands_options_and_their_values_are_offered() {
     for (line, expected) in [
         ("build", &["build-networks"][..]),
         ("run --eval", &["--eval-seeds"]),
-        ("run sm", &["smoke"]),
+        ("run --preset tun", &["tuned"]),
         ("list my", &["my-city.toml"]),
     ] {
         assert_eq!(offered(&folder, line), expected, "{line}");
