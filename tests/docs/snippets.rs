@@ -17,9 +17,9 @@ use crate::pages::{Page, markdown};
 pub(crate) const REPO: &str = env!("CARGO_MANIFEST_DIR");
 
 /// Programs of others that blocks which are only parsed may start with.
-const OTHERS: [&str; 13] = [
+const OTHERS: [&str; 14] = [
     "cargo", "docker", "netconvert", "mkdir", "cp", "make", "qsub", "seq", "pip", "python3",
-    "export", "apt-get", ".",
+    "export", "apt-get", "squeue", ".",
 ];
 
 pub(crate) fn all_blocks() -> Vec<(Page, Vec<Block>)> {

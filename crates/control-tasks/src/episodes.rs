@@ -6,7 +6,7 @@ use basics::heartbeat;
 use learners::nn::archive::{Archive, ArchiveError};
 use learners::rl::environment::{Actions, Environment, Step};
 use learners::rl::random::Generator;
-use learners::state::State;
+use learners::nn::state::State;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

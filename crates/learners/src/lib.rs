@@ -3,4 +3,3 @@
 
 pub mod nn;
 pub mod rl;
-pub mod state;

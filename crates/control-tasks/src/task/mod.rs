@@ -204,7 +204,7 @@ pub(crate) mod testing {
     use std::collections::BTreeSet;
 
     use learners::rl::environment::{Environment, play};
-    use learners::state::State as _;
+    use learners::nn::state::State as _;
 
     use super::*;
 

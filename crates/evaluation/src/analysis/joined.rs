@@ -8,6 +8,7 @@
 //! - **Scores** are relative to the baseline of the first run that is named.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -131,12 +132,12 @@ pub fn join(sources: Vec<Source>, known: Known<'_>) -> Result<Joined, AnalysisEr
         }
     };
     for (at, other) in sources.iter().enumerate().skip(1) {
-        if let Some(same) = sources[..at].iter().find(|s| s.results.sha256 == other.results.sha256)
-        {
-            return refused(format!(
-                "{} and {} hold the same run; give each run once",
-                same.path, other.path
-            ));
+        // A run that was made again has the same manifest; the same folder is a slip.
+        let folder = |source: &Source| fs::canonicalize(&source.path).ok();
+        let twice = |s: &&Source| folder(s).is_some() && folder(s) == folder(other);
+        if let Some(same) = sources[..at].iter().find(twice) {
+            let (one, other) = (&same.path, &other.path);
+            return refused(format!("{one} and {other} are one folder; give each run once"));
         }
         check_together(first, other, known)?;
     }
@@ -586,12 +587,16 @@ pub(super) fn section(key: &str) -> &str {
     key.split('.').next().unwrap_or_default()
 }
 
-/// Returns the settings that differ, apart from those of the family, with their values in the runs.
+/// Returns the settings that differ, apart from those of the family, with their values in the runs. A section that some runs
+/// lack is of a method that their build did not have.
 fn settings<'a>(sources: impl IntoIterator<Item = &'a Source>) -> BTreeMap<String, Vec<String>> {
-    let all: Vec<BTreeMap<String, Value>> =
-        sources.into_iter().map(|s| flat(&s.identity().settings)).collect();
+    let settings: Vec<&Value> = sources.into_iter().map(|s| &s.identity().settings).collect();
+    let all: Vec<BTreeMap<String, Value>> = settings.iter().map(|values| flat(values)).collect();
     let keys: BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
-    let keys = keys.into_iter().filter(|key| !OF_FAMILY.contains(&section(key)));
+    let everywhere = |key: &str| settings.iter().all(|values| values.get(key).is_some());
+    let keys = keys
+        .into_iter()
+        .filter(|key| !OF_FAMILY.contains(&section(key)) && everywhere(section(key)));
     let of =
         |key: &String| (key.clone(), all.iter().map(|values| value_of(values.get(key))).collect());
     keys.map(of)

@@ -209,7 +209,10 @@ pub fn settings(from: &Source, run: &Source, known: Known<'_>) -> Vec<String> {
     let (there, here) = (of(from), of(run));
     let is_of_all = |key: &str| {
         let method = section(key).replace('_', "-");
+        // A section that one of them lacks is of a method that its build did not have.
+        let has = |source: &Source| source.identity().settings.get(section(key)).is_some();
         section(key) != "training"
+            && (has(from) && has(run))
             && !known.methods.contains(&method.as_str())
             && !NAMES.contains(&key)
     };

@@ -48,7 +48,7 @@ fn verdict(data: &Report) -> String {
         let others = data.methods.iter().filter(|m| m.index != best.index && m.overall.is_some());
         return match others.count() {
             0 => format!("Only {than} has results so far"),
-            _ => format!("No ranked method beats {than}"),
+            _ => format!("No method beats {than}"),
         };
     }
     let change = relative(data, best, rival).map_or_else(|| "-".to_owned(), change);

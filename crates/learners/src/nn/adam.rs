@@ -3,7 +3,7 @@
 use pulp::Arch;
 
 use super::kernel::sum_of_squares;
-use crate::state::{State, kept};
+use crate::nn::state::{State, kept};
 
 /// Decay of the first moment.
 const BETA1: f32 = 0.9;

@@ -13,6 +13,7 @@ pub mod init;
 mod kernel;
 mod product;
 pub mod sequential;
+pub mod state;
 mod tanh;
 mod tile;
 

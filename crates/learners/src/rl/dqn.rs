@@ -18,7 +18,7 @@ use super::replay::{Replay, Transition};
 use super::values::{Losses, huber, largest};
 use crate::nn::Network;
 use crate::nn::archive::{Archive, ArchiveError};
-use crate::state::{Learned, State, kept};
+use crate::nn::state::{Learned, State, kept};
 
 settings! {
     /// Hyper-parameters of `dqn`; the defaults are Stable-Baselines3's, which hardly learn this task.

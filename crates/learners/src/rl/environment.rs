@@ -1,6 +1,6 @@
 //! What an algorithm learns in: states as vectors of numbers, actions that are numbered or vectors, rewards.
 
-use crate::state::State;
+use crate::nn::state::State;
 
 /// What an action led to, beside the state after it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,7 +3,7 @@
 use crate::nn::adam::Adam;
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::{self, Network};
-use crate::state::{Learned, State, kept};
+use crate::nn::state::{Learned, State, kept};
 
 /// A network, its parameters and those of its slow copy.
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
 //! Shifts and scales observations by their running mean and deviation.
 
-use crate::state::{State, kept};
+use crate::nn::state::{State, kept};
 
 /// Largest normalised value, in deviations.
 const LIMIT: f32 = 10.0;

@@ -1,6 +1,6 @@
 //! What a learner leaves behind and goes on from, whatever its algorithm.
 
-use crate::state::{Learned, State};
+use crate::nn::state::{Learned, State};
 
 /// A learner; its state is taken between two episodes, or between two updates.
 pub trait Persist: State + Learned {

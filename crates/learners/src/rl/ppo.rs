@@ -16,7 +16,7 @@ use super::sb3::rollout::Rollout;
 use super::values::Losses;
 use crate::nn::Network as _;
 use crate::nn::sequential::Sequential;
-use crate::state::{Learned, State, kept};
+use crate::nn::state::{Learned, State, kept};
 
 pub use super::sb3::ppo::Settings;
 

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::nn::archive::{Archive, ArchiveError};
-use crate::state::State;
+use crate::nn::state::State;
 use basics::seed::derive;
 
 /// One source of randomness, with a seed of its own.

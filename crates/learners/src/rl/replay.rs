@@ -3,7 +3,7 @@
 use super::persist::spread;
 use super::random::Generator;
 use crate::nn::archive::{Archive, ArchiveError};
-use crate::state::State;
+use crate::nn::state::State;
 
 /// What happened in one decision.
 #[derive(Debug, Clone, Copy, PartialEq)]

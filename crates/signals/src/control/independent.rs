@@ -11,7 +11,7 @@ use super::{ControlError, GreenPhase, Observation, SignalSpec};
 use learners::nn::archive::Archive;
 use learners::rl::normalise::Normaliser;
 use learners::rl::persist::Persist;
-use learners::state::State as _;
+use learners::nn::state::State as _;
 
 /// The algorithm of one signal's learner.
 pub(super) trait Agent: Sized {

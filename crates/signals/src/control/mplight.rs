@@ -34,7 +34,7 @@ use learners::rl::persist::Persist;
 use learners::rl::random::Generator;
 use learners::rl::replay::Transition;
 use learners::rl::schedule::linear_epsilon;
-use learners::state::{Learned as _, State as _};
+use learners::nn::state::{Learned as _, State as _};
 
 /// The method.
 pub const METHOD: Method = Method {

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use super::*;
 use learners::rl::replay::Replay;
-use learners::state::State as _;
+use learners::nn::state::State as _;
 
 /// A signal with one lane, one movement and one phase per queue.
 pub(crate) fn two_phase_signal() -> SignalSpec {

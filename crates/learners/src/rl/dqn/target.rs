@@ -5,7 +5,7 @@ use crate::nn::{Network, TILE};
 use crate::rl::followed::Followed;
 use crate::rl::replay::Replay;
 use crate::rl::values::largest;
-use crate::state::State;
+use crate::nn::state::State;
 
 /// What the target network says of stored transitions. Until its next copy that stays the same, so that it is computed once.
 #[derive(Debug, Clone, Default)]

@@ -17,7 +17,7 @@ use crate::nn::archive::{Archive, ArchiveError};
 use crate::rl::environment::Environment;
 use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
-use crate::state::{Learned, State, kept};
+use crate::nn::state::{Learned, State, kept};
 
 /// Added to what a step is divided by.
 const STEP_EPSILON: f32 = 1e-6;

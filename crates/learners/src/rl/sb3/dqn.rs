@@ -18,7 +18,7 @@ use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
 use crate::rl::replay::Transition;
 use crate::rl::schedule::linear_epsilon;
-use crate::state::{Learned, State, kept};
+use crate::nn::state::{Learned, State, kept};
 
 pub use crate::rl::dqn::Settings;
 

@@ -2,7 +2,7 @@
 
 use super::Progress;
 use crate::rl::environment::{Actions, Environment, Step};
-use crate::state::{State, kept};
+use crate::nn::state::{State, kept};
 
 /// An environment and its running episode.
 #[derive(Debug, Clone)]

@@ -21,7 +21,7 @@ use crate::rl::persist::{Persist, depends_on_state};
 use crate::rl::random::Generator;
 use crate::rl::replay::{Replay, Transition};
 use crate::rl::values::Losses;
-use crate::state::{Learned, State, kept};
+use crate::nn::state::{Learned, State, kept};
 
 /// Settings that all have.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,7 +9,7 @@ use crate::rl::environment::Environment;
 use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
 use crate::rl::values::Losses;
-use crate::state::{Learned, State, kept};
+use crate::nn::state::{Learned, State, kept};
 
 /// How much is played between updates, and with which networks.
 #[derive(Debug, Clone, PartialEq)]

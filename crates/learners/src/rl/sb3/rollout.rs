@@ -5,7 +5,7 @@ use crate::rl::persist::spread;
 use crate::rl::random::Generator;
 use crate::rl::sb3::actor_critic::ActorCritic;
 use crate::rl::sb3::lanes::Lanes;
-use crate::state::{State, kept};
+use crate::nn::state::{State, kept};
 
 /// States of one forward pass, which bounds the memory of its buffers.
 const ROWS: usize = 256;

@@ -18,7 +18,7 @@ use crate::nn::sequential::Sequential;
 use crate::rl::environment::Environment;
 use crate::rl::followed::Followed;
 use crate::rl::random::Generator;
-use crate::state::{Learned, State, kept};
+use crate::nn::state::{Learned, State, kept};
 
 /// Range of the logarithm of a deviation.
 const LOG_STD: [f32; 2] = [-20.0, 2.0];

@@ -15,7 +15,7 @@ use crate::nn::{Activation, Network};
 use crate::rl::environment::Environment;
 use crate::rl::followed::Followed;
 use crate::rl::random::Generator;
-use crate::state::{Learned, State, kept};
+use crate::nn::state::{Learned, State, kept};
 
 settings! {
     /// Hyper-parameters of `td3`; the defaults are those of Stable-Baselines3.
