@@ -99,7 +99,7 @@ fn without_slurm_the_message_says_where_to_go_and_nothing_is_left_submitted() {
     let status = run(dir.path(), "status out");
     assert_eq!(status.status.code(), Some(6));
     assert!(
-        stdout(&status).contains("0 of 4 tasks are done, 4 not under way"),
+        stdout(&status).contains("0 of 4 tasks are done, 4 to do"),
         "{}",
         stdout(&status)
     );

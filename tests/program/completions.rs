@@ -35,7 +35,6 @@ fn commands_options_and_their_values_are_offered() {
         ("build", &["build-networks"][..]),
         ("run --eval", &["--eval-seeds"]),
         ("run --preset tun", &["tuned"]),
-        ("list my", &["my-city.toml"]),
     ] {
         assert_eq!(offered(&folder, line), expected, "{line}");
     }

@@ -196,5 +196,5 @@ fn a_signal_alone_cannot_be_coordinated_and_the_message_says_what_to_run() {
     let output = run(folder.path(), args);
     assert_eq!(output.status.code(), Some(3));
     let text = stderr(&output);
-    assert!(text.contains("nothing to coordinate; run fixed-time"), "{text}");
+    assert!(text.contains("nothing to coordinate; run nema"), "{text}");
 }

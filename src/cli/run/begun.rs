@@ -79,10 +79,14 @@ impl Begun {
     pub(super) fn with_budget(&self, budget: usize, family: &MdpFamily) -> anyhow::Result<Choice> {
         let there = self.choice()?;
         let (sample, design, assisting) = match &there {
-            Choice::Sample { sample, design, assisting } if there.sample(family, 0).is_ok() => {
+            Choice::Sample { sample, design, assisting }
+                if (design.is_some() || !sample.sampling.has_design())
+                    && there.sample(family, 0).is_ok() =>
+            {
                 (sample, design.clone(), assisting.clone())
             }
-            // What is there is a whole family, or of another one, which is said where the run is opened.
+            // What is there is a whole family, or of another one, which is said where the run is opened; or it lacks its
+            // design, which is then drawn again.
             _ => {
                 let sampling = Sampling::DEFAULT;
                 return Ok(Choice::Budget { budget, sampling, design: None, assisting: None });
