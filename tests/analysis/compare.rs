@@ -26,16 +26,18 @@ fn delay_s(task: &Task) -> f64 {
 /// Writes a run in which every task has the delay that `of` gives, a second less and a second more.
 fn write_run(root: &Path, manifest: &Manifest, of: impl Fn(&Task) -> f64) -> Layout {
     fs::create_dir_all(root).unwrap();
-    write_results(root, manifest, |task| {
-        let identity = &manifest.identity;
-        let point = identity.points.iter().find(|p| p.point == task.point).unwrap();
-        // As the vehicles of a point MDP have them.
-        let seeds = point.evaluation_seeds(&identity.evaluation_seeds);
-        let mut rows = evaluations(&[of(task) - 1.0, of(task) + 1.0]);
-        rows.truncate(seeds.len());
-        rows.iter_mut().zip(seeds).for_each(|(row, seed)| row.seed = seed);
-        Some(Ok(TaskResult { rows, ..TaskResult::default() }))
-    })
+    write_results(root, manifest, |task| Some(Ok(episodes(manifest, task, of(task)))))
+}
+
+/// Two episodes on the seeds of a task, as the vehicles of its point MDP have them.
+fn episodes(manifest: &Manifest, task: &Task, delay_s: f64) -> TaskResult {
+    let identity = &manifest.identity;
+    let point = identity.points.iter().find(|p| p.point == task.point).unwrap();
+    let seeds = point.evaluation_seeds(&identity.evaluation_seeds);
+    let mut rows = evaluations(&[delay_s - 1.0, delay_s + 1.0]);
+    rows.truncate(seeds.len());
+    rows.iter_mut().zip(seeds).for_each(|(row, seed)| row.seed = seed);
+    TaskResult { rows, ..TaskResult::default() }
 }
 
 /// Writes runs `one` and `two`, which share the baseline.
@@ -144,9 +146,8 @@ fn what_a_run_lacks_is_not_taken_from_another_one() {
     write_run(&root.join("published"), &all, delay_s);
     fs::create_dir(root.join("mine")).unwrap();
     write_results(&root.join("mine"), &all, |task| {
-        let rows = evaluations(&[delay_s(task) - 1.0, delay_s(task) + 1.0]);
         let is_done = task.method == "baseline" || task.point != "busy";
-        is_done.then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+        is_done.then(|| Ok(episodes(&all, task, delay_s(task))))
     });
     let text = succeed(root, "compare published mine");
     assert!(text.contains("max-pressure@published") && text.contains("1/2"), "{text}");

@@ -98,11 +98,7 @@ fn without_slurm_the_message_says_where_to_go_and_nothing_is_left_submitted() {
     assert!(stderr(&output).contains("such as a login node"), "{}", stderr(&output));
     let status = run(dir.path(), "status out");
     assert_eq!(status.status.code(), Some(6));
-    assert!(
-        stdout(&status).contains("0 of 4 tasks are done, 4 to do"),
-        "{}",
-        stdout(&status)
-    );
+    assert!(stdout(&status).contains("0 of 4 tasks are done, 4 to do"), "{}", stdout(&status));
     // Here it can be done all the same.
     succeed(dir.path(), "resume out --quiet");
     assert_eq!(run(dir.path(), "status out").status.code(), Some(0));

@@ -253,8 +253,8 @@ fn a_network_in_utdf_is_simulated_and_its_plans_go_out_and_come_back() {
         "run --sumocfg networks/n/networks/i0001/i0001.sumocfg --plan-file a=n.csv --out x";
     folder.refuses(&[
         ("build-networks salt-lake-city --turning-counts n.csv --out x", "--utdf"),
-        ("list bad.toml", "--utdf"),
-        ("run n.csv --budget 1 --out x", "--utdf"),
+        ("list bad.toml", "UTDF"),
+        ("run n.csv --budget 1 --out x", "UTDF"),
         ("build-networks --utdf c.csv --out x", "--turning-counts"),
         (
             "run networks/n --existing r/report/cabinet.csv --out x",

@@ -4,9 +4,9 @@ use std::fmt::Debug;
 
 use basics::heartbeat;
 use learners::nn::archive::{Archive, ArchiveError};
+use learners::nn::state::State;
 use learners::rl::environment::{Actions, Environment, Step};
 use learners::rl::random::Generator;
-use learners::nn::state::State;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

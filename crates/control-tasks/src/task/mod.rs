@@ -203,8 +203,8 @@ pub(crate) mod testing {
 
     use std::collections::BTreeSet;
 
-    use learners::rl::environment::{Environment, play};
     use learners::nn::state::State as _;
+    use learners::rl::environment::{Environment, play};
 
     use super::*;
 

@@ -578,8 +578,11 @@ fn is_read(sources: &[Source], known: Known<'_>, key: &str) -> bool {
     if section(key) == OF_LEARNERS {
         return readers(&|s| !learned(&s.results).is_empty());
     }
-    !known.methods.contains(&method.as_str())
-        || readers(&|s| s.identity().methods.contains(&method))
+    if known.methods.contains(&method.as_str()) {
+        return readers(&|s| s.identity().methods.contains(&method));
+    }
+    // A section that one of them lacks is of a method that its build did not have.
+    sources.iter().all(|s| s.identity().settings.get(section(key)).is_some())
 }
 
 /// Returns the section of a setting.
@@ -587,16 +590,12 @@ pub(super) fn section(key: &str) -> &str {
     key.split('.').next().unwrap_or_default()
 }
 
-/// Returns the settings that differ, apart from those of the family, with their values in the runs. A section that some runs
-/// lack is of a method that their build did not have.
+/// Returns the settings that differ, apart from those of the family, with their values in the runs.
 fn settings<'a>(sources: impl IntoIterator<Item = &'a Source>) -> BTreeMap<String, Vec<String>> {
-    let settings: Vec<&Value> = sources.into_iter().map(|s| &s.identity().settings).collect();
-    let all: Vec<BTreeMap<String, Value>> = settings.iter().map(|values| flat(values)).collect();
+    let all: Vec<BTreeMap<String, Value>> =
+        sources.into_iter().map(|s| flat(&s.identity().settings)).collect();
     let keys: BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
-    let everywhere = |key: &str| settings.iter().all(|values| values.get(key).is_some());
-    let keys = keys
-        .into_iter()
-        .filter(|key| !OF_FAMILY.contains(&section(key)) && everywhere(section(key)));
+    let keys = keys.into_iter().filter(|key| !OF_FAMILY.contains(&section(key)));
     let of =
         |key: &String| (key.clone(), all.iter().map(|values| value_of(values.get(key))).collect());
     keys.map(of)

@@ -2,8 +2,8 @@
 
 use crate::nn::adam::Adam;
 use crate::nn::archive::{Archive, ArchiveError};
-use crate::nn::{self, Network};
 use crate::nn::state::{Learned, State, kept};
+use crate::nn::{self, Network};
 
 /// A network, its parameters and those of its slow copy.
 #[derive(Debug, Clone)]

@@ -9,9 +9,9 @@ use super::state::{lanes, wait_reward};
 use super::training::{Curve, TrainingState, check_shape, decides, is_checkpoint, mean};
 use super::{ControlError, GreenPhase, Observation, SignalSpec};
 use learners::nn::archive::Archive;
+use learners::nn::state::State as _;
 use learners::rl::normalise::Normaliser;
 use learners::rl::persist::Persist;
-use learners::nn::state::State as _;
 
 /// The algorithm of one signal's learner.
 pub(super) trait Agent: Sized {

@@ -28,13 +28,13 @@ use evaluation::run::method::{Method, Training};
 use learners::nn::archive::Archive;
 use learners::nn::frap::{Frap, HEAD, PhaseLayout};
 use learners::nn::init::Init;
+use learners::nn::state::{Learned as _, State as _};
 use learners::rl::dqn::{Dqn, Flavour, Settings};
 use learners::rl::normalise::Normaliser;
 use learners::rl::persist::Persist;
 use learners::rl::random::Generator;
 use learners::rl::replay::Transition;
 use learners::rl::schedule::linear_epsilon;
-use learners::nn::state::{Learned as _, State as _};
 
 /// The method.
 pub const METHOD: Method = Method {

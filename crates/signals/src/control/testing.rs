@@ -3,8 +3,8 @@
 use std::cell::RefCell;
 
 use super::*;
-use learners::rl::replay::Replay;
 use learners::nn::state::State as _;
+use learners::rl::replay::Replay;
 
 /// A signal with one lane, one movement and one phase per queue.
 pub(crate) fn two_phase_signal() -> SignalSpec {

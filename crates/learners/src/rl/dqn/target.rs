@@ -1,11 +1,11 @@
 //! What the states after transitions are worth.
 
 use crate::nn::archive::{Archive, ArchiveError};
+use crate::nn::state::State;
 use crate::nn::{Network, TILE};
 use crate::rl::followed::Followed;
 use crate::rl::replay::Replay;
 use crate::rl::values::largest;
-use crate::nn::state::State;
 
 /// What the target network says of stored transitions. Until its next copy that stays the same, so that it is computed once.
 #[derive(Debug, Clone, Default)]

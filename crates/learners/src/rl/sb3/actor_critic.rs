@@ -8,10 +8,10 @@ use crate::nn::adam::Adam;
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::init::Init;
 use crate::nn::sequential::Sequential;
+use crate::nn::state::{Learned, State, kept};
 use crate::nn::{self, Activation, Network};
 use crate::rl::environment::Actions;
 use crate::rl::random::Generator;
-use crate::nn::state::{Learned, State, kept};
 
 /// Gains of the orthogonal weights: of hidden layers, of the policy's last and of the value's last.
 const GAINS: [f32; 3] = [std::f32::consts::SQRT_2, 0.01, 1.0];

@@ -14,10 +14,10 @@ use super::distribution::{Distribution, Flavour};
 use super::lanes::Lanes;
 use super::{Progress, Trainer};
 use crate::nn::archive::{Archive, ArchiveError};
+use crate::nn::state::{Learned, State, kept};
 use crate::rl::environment::Environment;
 use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
-use crate::nn::state::{Learned, State, kept};
 
 /// Added to what a step is divided by.
 const STEP_EPSILON: f32 = 1e-6;

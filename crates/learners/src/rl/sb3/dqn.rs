@@ -12,13 +12,13 @@ use super::{HIDDEN_LAYERS, Progress, Trainer};
 use crate::nn::Activation;
 use crate::nn::init::Init;
 use crate::nn::sequential::Sequential;
+use crate::nn::state::{Learned, State, kept};
 use crate::rl::dqn::{self, Flavour};
 use crate::rl::environment::{Actions, Environment};
 use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
 use crate::rl::replay::Transition;
 use crate::rl::schedule::linear_epsilon;
-use crate::nn::state::{Learned, State, kept};
 
 pub use crate::rl::dqn::Settings;
 

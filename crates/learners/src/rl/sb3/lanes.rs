@@ -1,8 +1,8 @@
 //! Environments that are played side by side, each with one episode after the other.
 
 use super::Progress;
-use crate::rl::environment::{Actions, Environment, Step};
 use crate::nn::state::{State, kept};
+use crate::rl::environment::{Actions, Environment, Step};
 
 /// An environment and its running episode.
 #[derive(Debug, Clone)]

@@ -14,6 +14,7 @@ use super::lanes::Lanes;
 use super::{Progress, Trainer};
 use crate::nn::init::Init;
 use crate::nn::sequential::Sequential;
+use crate::nn::state::{Learned, State, kept};
 use crate::nn::{Activation, Network};
 use crate::rl::environment::{Actions, Environment};
 use crate::rl::followed::Followed;
@@ -21,7 +22,6 @@ use crate::rl::persist::{Persist, depends_on_state};
 use crate::rl::random::Generator;
 use crate::rl::replay::{Replay, Transition};
 use crate::rl::values::Losses;
-use crate::nn::state::{Learned, State, kept};
 
 /// Settings that all have.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,11 +5,11 @@ use super::actor_critic::ActorCritic;
 use super::lanes::Lanes;
 use super::rollout::Rollout;
 use super::{Progress, Trainer};
+use crate::nn::state::{Learned, State, kept};
 use crate::rl::environment::Environment;
 use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
 use crate::rl::values::Losses;
-use crate::nn::state::{Learned, State, kept};
 
 /// How much is played between updates, and with which networks.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,11 +1,11 @@
 //! Steps played for one update.
 
+use crate::nn::state::{State, kept};
 use crate::rl::environment::{Environment, Step};
 use crate::rl::persist::spread;
 use crate::rl::random::Generator;
 use crate::rl::sb3::actor_critic::ActorCritic;
 use crate::rl::sb3::lanes::Lanes;
-use crate::nn::state::{State, kept};
 
 /// States of one forward pass, which bounds the memory of its buffers.
 const ROWS: usize = 256;

@@ -15,10 +15,10 @@ use super::off_policy::{Batch, Critics, Learner, OffPolicy, Play, followed, netw
 use crate::nn::Activation;
 use crate::nn::adam::Adam;
 use crate::nn::sequential::Sequential;
+use crate::nn::state::{Learned, State, kept};
 use crate::rl::environment::Environment;
 use crate::rl::followed::Followed;
 use crate::rl::random::Generator;
-use crate::nn::state::{Learned, State, kept};
 
 /// Range of the logarithm of a deviation.
 const LOG_STD: [f32; 2] = [-20.0, 2.0];

@@ -11,11 +11,11 @@ use basics::setting::settings;
 
 use super::off_policy::{Batch, Critics, Learner, OffPolicy, Play, followed, network};
 use crate::nn::sequential::Sequential;
+use crate::nn::state::{Learned, State, kept};
 use crate::nn::{Activation, Network};
 use crate::rl::environment::Environment;
 use crate::rl::followed::Followed;
 use crate::rl::random::Generator;
-use crate::nn::state::{Learned, State, kept};
 
 settings! {
     /// Hyper-parameters of `td3`; the defaults are those of Stable-Baselines3.

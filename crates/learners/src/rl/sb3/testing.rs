@@ -3,8 +3,8 @@
 use super::Trainer;
 use super::off_policy::Batch;
 use crate::nn::archive::{Archive, ArchiveError};
-use crate::rl::environment::{self, Actions, Environment, Step};
 use crate::nn::state::State;
+use crate::rl::environment::{self, Actions, Environment, Step};
 
 /// Five states in a row, two actions: the right end pays 1 and ends the episode, which is cut after 20 steps.
 #[derive(Debug, Clone, Default)]

@@ -86,7 +86,7 @@ fn signals_that_lead_to_no_other_have_nothing_to_coordinate() {
     assert!(e.contains("nothing to coordinate; run nema"), "{e}");
 }
 
-/// A street where delay is the distance from a cycle of 80 s.
+/// A street where delay is the distance from a cycle of 35 s.
 struct Corridor {
     signals: Vec<SignalSpec>,
     episodes: u32,
@@ -102,7 +102,7 @@ impl Trainer for Corridor {
         let cycles_s: Vec<f64> =
             controller.begin(&self.signals)?.iter().filter_map(cycle).map(cycle_s).collect();
         assert!(cycles_s.windows(2).all(|pair| pair[0] == pair[1]), "one cycle: {cycles_s:?}");
-        let delay_s = cycles_s.first().map_or(200.0, |cycle_s| 10.0 + (cycle_s - 80.0).abs());
+        let delay_s = cycles_s.first().map_or(200.0, |cycle_s| 10.0 + (cycle_s - 35.0).abs());
         Ok(EpisodeOutcome { delay_s, lane_flow_vph: vec![vec![500.0, 300.0, 100.0]; 3] })
     }
 
@@ -136,7 +136,7 @@ fn rings_follow_the_progression_of_the_best_cycle_with_the_green_of_the_street_a
     assert_eq!((rings.passage_s, rings.recall), (3, Recall::None));
     let cycles: Vec<&StageCycle> = drives.iter().filter_map(cycle).collect();
     assert!(cycles.iter().all(|c| c.greens[c.coordinated].0 == GreenPhase(0)), "{cycles:?}");
-    assert!((cycle_s(cycles[0]) - 80.0).abs() <= 5.0, "{cycles:?}");
+    assert!((cycle_s(cycles[0]) - 35.0).abs() <= 5.0, "{cycles:?}");
     let relative_s = f64::from(cycles[1].offset_s) - f64::from(cycles[0].offset_s);
     let along_s = relative_s.rem_euclid(cycle_s(cycles[0]));
     // In the one or the other direction.
