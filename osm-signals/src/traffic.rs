@@ -82,7 +82,7 @@ pub fn traffic(
         Some(counted(arm, InflowSource::Spread, found, settings))
     };
     let counted_here: Vec<Vec<Option<ArmTraffic>>> =
-        intersections.iter().map(|i| i.arms.iter().map(|arm| here(arm)).collect()).collect();
+        intersections.iter().map(|i| i.arms.iter().map(&here).collect()).collect();
     let mut sums: BTreeMap<Highway, (f64, u32)> = BTreeMap::new();
     for (arm, traffic) in
         intersections.iter().flat_map(|i| &i.arms).zip(counted_here.iter().flatten())

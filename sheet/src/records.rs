@@ -14,6 +14,9 @@ pub(super) struct Record {
     pub(super) fields: StringRecord,
 }
 
+/// Comments, with their lines.
+pub(super) type Comments<'a> = Vec<(u64, &'a str)>;
+
 /// Returns the records of a text whose lines end with `\n`, and the lines of its comments. Lines are those of the file,
 /// over blank lines, comments and breaks within quotes.
 ///
@@ -24,7 +27,7 @@ pub(super) fn records(
     text: &str,
     separator: u8,
     with_comments: bool,
-) -> Result<(Vec<Record>, Vec<(u64, &str)>), Fault> {
+) -> Result<(Vec<Record>, Comments<'_>), Fault> {
     let mut builder = ReaderBuilder::new();
     builder.trim(Trim::All).flexible(true).has_headers(false).delimiter(separator);
     builder.comment(with_comments.then_some(b'#'));
@@ -33,8 +36,7 @@ pub(super) fn records(
     let (mut at, mut line) = (0, 1);
     loop {
         let mut fields = StringRecord::new();
-        let more = reader.read_record(&mut fields);
-        let more = more.map_err(|e| Fault::new(line, e.to_string()))?;
+        let more = reader.read_record(&mut fields).map_err(|e| Fault::new(line, e.to_string()))?;
         // The reader passes over what lies before a record.
         loop {
             let blank = text[at..].len() - text[at..].trim_start_matches('\n').len();

@@ -87,7 +87,6 @@ fn a_signal_for_a_crosswalk_keeps_its_own_program_under_every_method() {
     let logic = r#"<tlLogic id="P" type="static" programID="walk" offset="0"><phase duration="25" state="GG"/>
         <phase duration="3" state="yy"/><phase duration="30" state="rr"/></tlLogic>"#;
     with_program(&config, logic);
-    let text = succeed(folder(&config), "signals walk.sumocfg");
     let methods = "program,max-pressure,actuated,nema";
     succeed(
         folder(&config),

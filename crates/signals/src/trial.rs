@@ -192,9 +192,7 @@ impl<S: Sim> Trainer for School<'_, S> {
         let mut metrics = named(&metrics, seed).map_err(failed)?;
         // No file takes infinities; a figure that is no number to compute with is left out.
         for (name, value) in controller.figures().into_iter().filter(|(_, v)| is_usable(*v)) {
-            if !metrics.contains_key(&name) {
-                metrics.insert(name, value);
-            }
+            metrics.entry(name).or_insert(value);
         }
         self.course.episode(seed, metrics);
         Ok(outcome)

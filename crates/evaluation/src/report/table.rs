@@ -104,10 +104,13 @@ impl Cell {
     }
 }
 
+/// Makes a column's cell of a row.
+type ToCell<'a, R> = Box<dyn Fn(&R) -> Cell + 'a>;
+
 /// The columns of a table whose rows are of one kind.
 pub struct Columns<'a, R> {
     heads: Vec<Head>,
-    cells: Vec<Box<dyn Fn(&R) -> Cell + 'a>>,
+    cells: Vec<ToCell<'a, R>>,
 }
 
 impl<'a, R> Columns<'a, R> {

@@ -61,6 +61,9 @@ pub(super) fn carried(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64
     .collect()
 }
 
+/// Fills gaps of a curve, up to a number of episodes.
+pub(super) type Smooth = fn(&[Option<f64>], usize) -> Vec<Option<f64>>;
+
 /// Returns the mean and the band of a figure, one per episode.
 ///
 /// # Arguments
@@ -70,7 +73,7 @@ pub(super) fn bands(
     data: &Report,
     trainings: &[&TrainingSummary],
     of: Values,
-    smooth: fn(&[Option<f64>], usize) -> Vec<Option<f64>>,
+    smooth: Smooth,
 ) -> Vec<Band> {
     let with_values = || trainings.iter().filter(|t| of(t).iter().any(Option::is_some));
     let episodes = with_values().map(|t| of(t).len()).max().unwrap_or(0);

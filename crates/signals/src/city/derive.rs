@@ -162,7 +162,7 @@ fn check(request: &Request, input: &Input, survey: &Survey) -> Result<(), CityEr
             path: path.clone(),
             what: format!("{} counts lies along a street of an intersection", counts.len()),
             option: "--aadt",
-            bounds: counts.bounds(),
+            bounds: Box::new(counts.bounds()),
             covered,
         });
     }
@@ -172,7 +172,7 @@ fn check(request: &Request, input: &Input, survey: &Survey) -> Result<(), CityEr
             path: path.clone(),
             what: format!("{} signals is at an intersection of the extract", list.signals.len()),
             option: "--signals",
-            bounds: list.bounds(),
+            bounds: Box::new(list.bounds()),
             covered,
         });
     }

@@ -58,7 +58,7 @@ pub enum CityError {
     /// A signal list, or counts, of another place.
     #[error(
         "{}: none of its {what}; they cover {}{}; give those of this city, or leave out {option}",
-        .path.display(), extent(*.bounds), beside(.covered.as_ref())
+        .path.display(), extent(**.bounds), beside(.covered.as_ref())
     )]
     Elsewhere {
         /// The file.
@@ -68,7 +68,7 @@ pub enum CityError {
         /// The option that gave it.
         option: &'static str,
         /// The smallest box around what it has, degrees.
-        bounds: Rect<f64>,
+        bounds: Box<Rect<f64>>,
         /// The smallest box around the streets of the extract, degrees.
         covered: Option<Rect<f64>>,
     },

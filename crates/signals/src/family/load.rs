@@ -139,7 +139,7 @@ fn is_table(path: &Path) -> bool {
 fn scenario_of(table: &Path) -> Result<String, FamilyError> {
     let file = table.display().to_string();
     let text = read_text(table)?;
-    let sheet = Sheet::of(&*text).map_err(|fault| at(&file, fault))?;
+    let sheet = Sheet::of(&text).map_err(|fault| at(&file, fault))?;
     let has = |name: &str| sheet.headers().iter().any(|h| h.eq_ignore_ascii_case(name));
     let kind = match () {
         () if has("arm") && has("bearing_deg") => "approaches",

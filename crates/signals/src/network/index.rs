@@ -106,7 +106,7 @@ mod tests {
         fs::write(files.folder.join("p.net.xml"), "net").unwrap();
         let path = files.folder.join(BUILT_FILE);
         fs::write(&path, built.to_json()).unwrap();
-        assert_eq!(Built::all(folder.path()).unwrap(), [built.clone()]);
+        assert_eq!(Built::all(folder.path()).unwrap(), std::slice::from_ref(&built));
         assert_eq!(built.verify(folder.path()).unwrap(), files);
         fs::write(&path, built.to_json().replace("p.net", "q.net")).unwrap();
         assert_eq!(Built::all(folder.path()).unwrap(), []);

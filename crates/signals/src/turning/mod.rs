@@ -125,12 +125,15 @@ struct Fitting<'a> {
     class: Option<(String, bool)>,
 }
 
+/// Names, day and time of rows.
+type RowKey = (Vec<String>, Option<Date>, Option<u32>);
+
 /// What one file has.
 #[derive(Default)]
 struct Reading {
     found: Vec<CountedIntersection>,
     /// Where the rows of a time are in it.
-    places: BTreeMap<(Vec<String>, Option<Date>, Option<u32>), (usize, usize)>,
+    places: BTreeMap<RowKey, (usize, usize)>,
     /// The line in which something was counted.
     seen: BTreeMap<((usize, usize), Holds, String), u64>,
     /// Approaches whose heavy vehicles are classes of their own: where none is listed, there was none.

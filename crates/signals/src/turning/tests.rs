@@ -391,7 +391,7 @@ fn a_table_that_fits_no_layout_is_answered_with_its_rows_and_a_layout_to_fill_in
         "[columns]\nintersection = [\"Kreuzung\"]\ntime = [\"Zeit\"]\nvehicles = [\"{leg} {turn}\"]\n",
     )
     .unwrap();
-    let counts = TurningCounts::read(&[file.clone()], Some(&layout)).unwrap();
+    let counts = TurningCounts::read(std::slice::from_ref(&file), Some(&layout)).unwrap();
     let joined = counts.into_approaches(&cross(), &[], RIGHT).unwrap();
     assert_eq!(volumes(&joined)[0], Some([1.0, 2.0, 0.0]), "vehicles from the north go south");
     std::fs::write(&layout, "[columns]\nvehicle = []\n").unwrap();

@@ -580,10 +580,10 @@ fn check_rows(intersection: &Intersection) -> Result<(), String> {
 
 /// Returns two directions that are nearly the same.
 fn too_near(bearings: &[f64]) -> Option<(usize, usize)> {
-    let pairs = (0..bearings.len()).flat_map(|i| (0..i).map(move |j| (j, i)));
+    let mut pairs = (0..bearings.len()).flat_map(|i| (0..i).map(move |j| (j, i)));
     let is_near =
         |(a, b): &(usize, usize)| turn_degrees(bearings[*a], bearings[*b]).abs() < MIN_ANGLE_DEG;
-    pairs.filter(is_near).next()
+    pairs.find(is_near)
 }
 
 /// Returns how many lanes of an approach are for left and for right turns alone. Lanes belong to where they lead, whatever
@@ -686,7 +686,8 @@ fn give(arm: &mut Approach, own: &[&Movement<'_>], ways: &Ways<'_>, said: &mut S
     let several = volumes.iter().any(|(turn, vph)| *vph > 0.0 && ways.has_several(*turn));
     arm.movements = [Turn::Left, Turn::Through, Turn::Right]
         .into_iter()
-        .filter_map(|turn| volumes.contains_key(&turn).then(|| letter(turn)))
+        .filter(|turn| volumes.contains_key(turn))
+        .map(letter)
         .collect();
     let vph = |turn| volumes.get(&turn).copied().unwrap_or_default();
     let has_factor = own.iter().any(|m| m.peak_hour_factor.is_some()) && total > 0.0;
