@@ -45,5 +45,5 @@ print(f"{len(stored)} stored cases are what rliable computes")
 PYTHON
 for seed in 2 3; do
     "$python" scripts/rliable_reference.py "$seed" > "$folder/$seed.json"
-    RLIABLE_REFERENCE=$(realpath "$folder/$seed.json") cargo test --workspace --profile quick --quiet --test analysis rliable
+    RLIABLE_REFERENCE=$(realpath "$folder/$seed.json") cargo test --profile quick --quiet --test analysis rliable
 done
