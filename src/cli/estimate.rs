@@ -3,6 +3,7 @@
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
+use clap::ValueEnum;
 use serde_json::Value;
 
 use super::folder::ESTIMATE;
@@ -12,7 +13,8 @@ use super::target::Target;
 use super::values::{MOST_REPEATS, from_one_to, parse_seed};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
-use crate::report::study::StudyReport;
+use crate::files::{make_folder, write_atomically};
+use crate::report::study::{errors, text};
 use crate::study::{Kind, StudyPlan, study};
 
 /// Budgets where nothing else is asked for, as far as the family has so many point MDPs.
@@ -37,9 +39,6 @@ pub struct EstimateArgs {
     /// Results of the same family for methods that do not learn, for bq [default: DIR]
     #[arg(long, value_name = "DIR")]
     pub assist: Option<PathBuf>,
-    /// Methods whose scores bq knows on all point MDPs [default: all that do not learn]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub inputs: Vec<String>,
     /// Sizes of samples [default: 10,20,40,80, if the family is larger]
     #[arg(long, value_name = "N,...", value_delimiter = ',')]
     pub budgets: Vec<NonZeroUsize>,
@@ -47,7 +46,7 @@ pub struct EstimateArgs {
     #[arg(long, value_name = "R", default_value = "500", value_parser = from_one_to::<MOST_REPEATS>)]
     pub repeats: NonZeroU32,
     /// Estimators
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_enum, default_values_t = Kind::ALL)]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_enum, default_values_t = Kind::value_variants().iter().copied())]
     pub estimators: Vec<Kind>,
     /// Seed of the samples
     #[arg(long, default_value_t = 0, value_parser = parse_seed)]
@@ -67,9 +66,11 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     let target = Target::new(&args.dir, args.dir.join("estimate"), args.out.as_ref());
     target.check(&ESTIMATE)?;
     let (mut recorded, analysis) = read(&args.dir)?;
-    let kinds = kinds(&args.estimators);
+    let mut kinds = args.estimators.clone();
+    kinds.sort_unstable();
+    kinds.dedup();
     if let Some(dir) = &args.assist {
-        if !kinds.iter().any(|k| k.is_assisted()) {
+        if !kinds.contains(&Kind::Bq) {
             let reason = "--assist has no effect without bq among --estimators; leave it out";
             return Err(Refused(reason.to_owned()).into());
         }
@@ -83,13 +84,6 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
             &dir.display().to_string(),
             &args.dir.display().to_string(),
         )?;
-    }
-    if !args.inputs.is_empty() {
-        if !kinds.iter().any(|k| k.is_assisted()) {
-            let reason = "--inputs has no effect without bq among --estimators; leave it out";
-            return Err(Refused(reason.to_owned()).into());
-        }
-        recorded.keep_inputs(&args.inputs, &args.dir.display().to_string())?;
     }
     let size = recorded.family.points.len();
     let budgets = budgets(&args.budgets, size)?;
@@ -105,29 +99,24 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     let cells = study(&recorded, &plan, &|n| progress.add(n, ""));
     progress.finish();
     let cells = cells?;
-    let report = StudyReport { recorded: &recorded, plan: &plan, cells: &cells };
-    let written = report.write(&target.folder)?;
+    make_folder(&target.folder)?;
+    let path = target.folder.join("errors.csv");
+    write_atomically(&path, errors(&cells).csv().as_bytes())?;
     if args.json {
-        for mut row in report.errors().json() {
+        for mut row in errors(&cells).json() {
             row.insert("event".to_owned(), "estimate".into());
             line(Value::Object(row))?;
         }
         return Ok(exit::DONE);
     }
     if !args.quiet {
-        line(report.table())?;
-        report.notes().into_iter().for_each(note);
-        note(format!("table: {}", written.display()));
+        line(text(&recorded, &plan, &cells))?;
+        for (method, lacks) in &recorded.lacking {
+            note(format!("{method} is left out: it has no score on {lacks} of the point MDPs"));
+        }
+        note(format!("table: {}", path.display()));
     }
     Ok(exit::DONE)
-}
-
-/// Returns the estimators in order, each once.
-fn kinds(asked: &[Kind]) -> Vec<Kind> {
-    let mut kinds = asked.to_vec();
-    kinds.sort_unstable();
-    kinds.dedup();
-    kinds
 }
 
 fn budgets(asked: &[NonZeroUsize], size: usize) -> Result<Vec<usize>, Refused> {

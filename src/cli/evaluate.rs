@@ -46,8 +46,7 @@ const MOST_NAMED: usize = 20;
 Models and baseline get the same vehicles, and the baseline runs once. Method, hyper-parameters and timing \
 of the signals come from the models, everything else from the scenario. Nothing is trained. The ranking and the \
 page are those of `run`. With --from, point MDPs, seeds, baseline and own training are those of a run, and only its \
-models are simulated: the first one's of several trainings on a point MDP. That writes OUT/transfer/transfer.csv \
-and a heat map, too.
+models are simulated: the first one's of several trainings on a point MDP. That writes OUT/transfer/transfer.csv, too.
 
 Examples:
   tsc-family evaluate --model results/smoke/models/000/1.safetensors --point busy smoke

@@ -11,6 +11,7 @@ use super::values::parse_seed;
 use crate::analysis::sensitivity::{Question, Sensitivity};
 use crate::cli::exit;
 use crate::domains;
+use crate::files::{make_folder, write_atomically};
 use crate::store::Layout;
 use crate::store::results::Results;
 
@@ -82,7 +83,9 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<u8> {
         reported: args.reported.clone(),
     };
     let data = Sensitivity::new(&domains::analysis(&layout, &results)?, &question)?;
-    let written = data.write(&target.folder)?;
+    make_folder(&target.folder)?;
+    let path = target.folder.join("distributions.csv");
+    write_atomically(&path, data.rows().csv().as_bytes())?;
     if args.json {
         for mut row in data.rows().json() {
             row.insert("event".to_owned(), "distribution".into());
@@ -91,7 +94,7 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<u8> {
     } else {
         line(data.text())?;
     }
-    data.notes().into_iter().for_each(note);
-    note(format!("table: {}", written.display()));
+    data.board.notes.into_iter().for_each(note);
+    note(format!("table: {}", path.display()));
     Ok(exit::DONE)
 }

@@ -8,7 +8,7 @@ use crate::common::{run, stderr, stdout, succeed};
 use crate::families::{MadeUp, equal};
 use tsc_family::seed::derive;
 use tsc_family::stats::Direction;
-use tsc_family::stats::combinations::{Candidate, rank_shares};
+use tsc_family::stats::combinations::rank_shares;
 
 fn swimmers(values: &[&[f64]]) -> MadeUp<'static> {
     MadeUp {
@@ -42,7 +42,7 @@ fn written(folder: &Path) {
 fn every_combination_counts_and_ties_share() {
     let folder = tempfile::tempdir().unwrap();
     written(folder.path());
-    let text = succeed(folder.path(), "across river lake --reported p0 --reported p1 --csv a.csv");
+    let text = succeed(folder.path(), "across river lake --csv a.csv");
     insta::assert_snapshot!("table", text);
     // Six sums: (1,2,4) (6,6,4) (2,4,5) (1,3,3) (6,7,3) (2,5,4) of drift, stroke, dive.
     let csv = fs::read_to_string(folder.path().join("a.csv")).unwrap();
@@ -57,10 +57,10 @@ fn every_combination_counts_and_ties_share() {
     near(of("stroke"), [6.0, 6.0, 0.0]);
     near(of("dive"), [5.0, 3.0, 4.0]);
     insta::assert_snapshot!("csv", csv);
-    let json = succeed(folder.path(), "across river lake --json --by importance");
+    let json = succeed(folder.path(), "across river lake --json");
     assert_eq!(json.lines().count(), 3);
     let first: serde_json::Value = serde_json::from_str(json.lines().next().unwrap()).unwrap();
-    assert_eq!((&first["combinations"], &first["by"]), (&6.into(), &"importance".into()));
+    assert_eq!(first["combinations"], 6);
 }
 
 #[test]
@@ -70,30 +70,9 @@ fn families_of_other_objectives_are_brought_together_on_request() {
     let refused = run(folder.path(), "across river track");
     assert_eq!(refused.status.code(), Some(2));
     insta::assert_snapshot!("not_on_one_scale", stderr(&refused));
-    for scale in ["range", "rank"] {
-        let output = run(folder.path(), &format!("across river track --scale {scale}"));
-        assert!(output.status.success(), "{}", stderr(&output));
-        insta::assert_snapshot!(
-            format!("by_{scale}"),
-            format!("{}\n{}", stdout(&output), stderr(&output))
-        );
-    }
-}
-
-#[test]
-fn importance_weighs_combinations() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut river = swimmers(&[&[1.0, 2.0, 3.0], &[3.0, 2.0, 1.0]]);
-    (river.points[0].1, river.points[1].1) = (0.75, 0.25);
-    river.write(&folder.path().join("river"));
-    swimmers(&[&[0.0, 0.0, 0.0], &[0.5, 0.5, 0.5]]).write(&folder.path().join("lake"));
-    let first = |by: &str| {
-        let json = succeed(folder.path(), &format!("across river lake --json --by {by}"));
-        let lines = json.lines().map(|l| serde_json::from_str::<serde_json::Value>(l).unwrap());
-        let row = lines.into_iter().find(|l| l["method"] == "drift").unwrap();
-        row["rank_1"].as_f64().unwrap()
-    };
-    assert_eq!((first("equal"), first("importance")), (0.5, 0.25));
+    let output = run(folder.path(), "across river track --scale range");
+    assert!(output.status.success(), "{}", stderr(&output));
+    insta::assert_snapshot!("by_range", format!("{}\n{}", stdout(&output), stderr(&output)));
 }
 
 #[test]
@@ -147,9 +126,6 @@ fn unusable_input_is_refused_with_its_place_and_a_way_out() {
         ("river lake --methods drift", 2),
         ("river lake --methods drift,drift", 2),
         ("river lake --methods drift,strok", 2),
-        ("river lake --reported p0", 2),
-        ("river lake --reported p0 --reported p7", 2),
-        ("river lake --csv nowhere/a.csv", 2),
     ];
     let said: String = cases
         .iter()
@@ -164,17 +140,15 @@ fn unusable_input_is_refused_with_its_place_and_a_way_out() {
 
 #[test]
 fn ten_million_combinations_take_less_than_a_minute() {
-    let family = |seed: u64| -> Vec<Candidate> {
+    let family = |seed: u64| -> Vec<Vec<f64>> {
         let score = |i: u64| (derive(seed, &[&i.to_string()]) % 1_000_003) as f64;
-        (0..216)
-            .map(|i| Candidate { scores: (0..4).map(|m| score(4 * i + m)).collect(), weight: 1.0 })
-            .collect()
+        (0..216).map(|i| (0..4).map(|m| score(4 * i + m)).collect()).collect()
     };
     let start = Instant::now();
     let found = rank_shares(&[family(1), family(2), family(3)], Direction::Lower).unwrap();
     let took = start.elapsed();
-    println!("{} combinations in {took:?}", found.distinct);
-    assert!(found.distinct > 10_000_000 && took < Duration::from_secs(60), "{took:?}");
+    println!("{} combinations in {took:?}", found.combinations);
+    assert!(found.combinations > 10_000_000 && took < Duration::from_secs(60), "{took:?}");
     let total: f64 = found.shares.iter().map(|row| row.iter().sum::<f64>()).sum();
     assert!((total - 4.0).abs() < 1e-9);
 }

@@ -86,7 +86,6 @@ fn models_drive_elsewhere_as_they_did_where_they_were_trained() {
     assert!(named.iter().any(|line| line["method"] == "idqn-of-wide"));
     assert_eq!(folder.rows("moved/transfer/transfer.csv").len(), 8);
     assert_eq!(delay("moved", 3), delay("out", 1), "at home a model is what its training was");
-    folder.shows("moved/transfer/transfer.svg", &["mplight: own training", "trained on"]);
     folder.refuses(&[(
         "evaluate --from out --out ./out",
         "whose models are taken; give another folder",

@@ -7,13 +7,12 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::{EvaluateArgs, finish};
-use crate::analysis::transfer::{Origin, Transfer};
 use crate::cli::folder::RESULTS;
 use crate::cli::output::note;
 use crate::cli::refused::Refused;
 use crate::domains;
-use crate::files::quoted;
-use crate::report::transfer::write;
+use crate::files::{make_folder_beneath, quoted, write_atomically};
+use crate::report::transfer::{Origin, table};
 use crate::run::session::open_after;
 use crate::store::Layout;
 use crate::store::manifest::{Identity, Manifest, Task};
@@ -60,10 +59,11 @@ pub(super) fn run(args: &EvaluateArgs, from: &Path, out: &Path) -> anyhow::Resul
     let layout = &session.layout;
     let analysis = domains::analysis(layout, &Results::load(layout)?)?;
     let origins: Vec<Origin> = models.into_iter().map(|found| found.origin).collect();
-    let data = Transfer::of(&analysis, &origins);
-    let written = write(layout.root(), &layout.root().join("transfer"), &data)?;
-    note(format!("table: {}", written.transfer.display()));
-    note(format!("heat map: {}", written.figure.display()));
+    let folder = layout.root().join("transfer");
+    make_folder_beneath(layout.root(), &folder)?;
+    let path = folder.join("transfer.csv");
+    write_atomically(&path, table(&analysis, &origins).csv().as_bytes())?;
+    note(format!("table: {}", path.display()));
     Ok(code)
 }
 

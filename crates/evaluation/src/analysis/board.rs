@@ -18,12 +18,8 @@ pub struct Board {
     pub direction: Direction,
     /// The point MDPs, in the order of the family.
     pub points: Vec<BoardPoint>,
-    /// Number of point MDPs that were to be evaluated.
-    pub chosen: usize,
-    /// Number of the family's point MDPs.
-    pub family_size: usize,
-    /// Methods without a score on some of these, and on how many.
-    pub lacking: Vec<(String, usize)>,
+    /// What readers must know: which methods lack scores, and what was not evaluated.
+    pub notes: Vec<String>,
 }
 
 /// A point MDP on which all methods have a score.
@@ -31,8 +27,6 @@ pub struct Board {
 pub struct BoardPoint {
     /// Position in [`Analysis::points`].
     pub index: usize,
-    /// Its id.
-    pub id: String,
     /// Weight in the run's estimates, above 0; the importance where the whole family was evaluated.
     pub weight: f64,
     /// Score of every method.
@@ -40,126 +34,121 @@ pub struct BoardPoint {
 }
 
 impl Board {
-    /// Returns the names of the methods that are compared unless others are asked for: all with results, without
-    /// what scores are divided by.
-    pub fn methods_of(analysis: &Analysis) -> Vec<String> {
+    /// Returns the methods that are compared unless others are asked for: all with results but what scores are divided by.
+    pub(super) fn methods_of(analysis: &Analysis) -> Vec<String> {
         let identity = &analysis.manifest.identity;
         let has = |m: usize| analysis.results_of(m).next().is_some();
         let compared = |m: &usize| Some(*m) != analysis.reference.index && has(*m);
         (0..identity.methods.len()).filter(compared).map(|m| identity.methods[m].clone()).collect()
     }
 
-    /// Returns the scores of these methods.
+    /// Returns the scores of these methods, two or more.
     ///
     /// # Errors
     ///
-    /// [`AnalysisError::Unknown`] for a method that is not in the run, [`AnalysisError::NothingInCommon`] when no
-    /// point MDP has a score of each.
-    pub fn new(analysis: &Analysis, methods: &[String]) -> Result<Self, AnalysisError> {
+    /// [`AnalysisError`] for a method that is not in the run or named twice, and where no point MDP has a score of each.
+    pub(super) fn new(analysis: &Analysis, methods: &[String]) -> Result<Self, AnalysisError> {
         let all = &analysis.manifest.identity.methods;
         let positions = methods
             .iter()
             .map(|name| position("method", name, all.iter().map(String::as_str)))
             .collect::<Result<Vec<usize>, _>>()?;
+        if methods.len() < 2 || (1..methods.len()).any(|m| methods[..m].contains(&methods[m])) {
+            return Err(AnalysisError(format!(
+                "there is only `{}` to compare; name two methods or more, each once, with --methods, or finish the run",
+                methods.join(", ")
+            )));
+        }
         let score = |point: usize, method: usize| {
             let result = analysis.points[point].results[method].as_ref()?;
             result.score.filter(|score| score.is_finite())
         };
         let chosen = analysis.points.len();
-        let lacking: Vec<(String, usize)> = positions
-            .iter()
-            .map(|m| (all[*m].clone(), (0..chosen).filter(|p| score(*p, *m).is_none()).count()))
-            .filter(|(_, count)| *count > 0)
-            .collect();
         let points: Vec<BoardPoint> = (0..chosen)
             .filter(|p| analysis.points[*p].weight > 0.0)
             .filter_map(|index| {
                 let scores: Option<Vec<f64>> = positions.iter().map(|m| score(index, *m)).collect();
-                let point = &analysis.points[index];
-                Some(BoardPoint {
-                    index,
-                    id: point.row.point.clone(),
-                    weight: point.weight,
-                    scores: scores?,
-                })
+                Some(BoardPoint { index, weight: analysis.points[index].weight, scores: scores? })
             })
             .collect();
+        let lacking: Vec<String> = positions
+            .iter()
+            .map(|m| (&all[*m], (0..chosen).filter(|p| score(*p, *m).is_none()).count()))
+            .filter(|(_, count)| *count > 0)
+            .map(|(name, count)| format!("{name} {count}"))
+            .collect();
+        let mut notes = Vec::new();
+        if !lacking.is_empty() {
+            notes.push(format!(
+                "of {chosen} point MDPs {} are compared, on which all methods have a score; lacking: {}",
+                points.len(),
+                lacking.join(", ")
+            ));
+        }
         if points.is_empty() {
-            let lacking = lacking.iter().map(|(m, n)| format!("{m} lacks {n} of {chosen}"));
-            return Err(AnalysisError::NothingInCommon {
-                methods: methods.join(", "),
-                lacking: lacking.collect::<Vec<_>>().join(", "),
-            });
+            let lacking = notes.pop().unwrap_or_default();
+            return Err(AnalysisError(format!(
+                "{lacking}; finish the run, or choose methods with --methods"
+            )));
+        }
+        let size = analysis.manifest.identity.sample.family_size;
+        if chosen < size {
+            notes.push(format!(
+                "{chosen} of {size} point MDPs were evaluated; the effect of the others is not known"
+            ));
         }
         let direction = analysis.direction();
-        let family_size = analysis.manifest.identity.sample.family_size;
-        Ok(Self { methods: methods.to_vec(), direction, points, chosen, family_size, lacking })
+        Ok(Self { methods: methods.to_vec(), direction, points, notes })
     }
 
-    /// Returns the position of a point MDP, by its id or by what it is called.
-    ///
-    /// # Errors
-    ///
-    /// [`AnalysisError::Unknown`], and [`AnalysisError::Lacking`] for one on which a method has no score.
-    pub fn position(&self, analysis: &Analysis, name: &str) -> Result<usize, AnalysisError> {
-        let rows = || analysis.points.iter().map(|p| &p.row);
-        let ids = rows().map(|row| row.point.as_str());
-        let index = rows().position(|row| row.point == name || row.title == name);
-        let index = index.map_or_else(|| position("point MDP", name, ids), Ok)?;
-        let found = self.points.iter().position(|p| p.index == index);
-        found.ok_or_else(|| AnalysisError::Lacking { point: name.to_owned() })
-    }
-
-    /// Returns the weights, which sum to 1.
-    pub fn weights(&self) -> Vec<f64> {
-        let total: f64 = self.points.iter().map(|p| p.weight).sum();
-        self.points.iter().map(|p| p.weight / total).collect()
-    }
-
-    /// Says how many point MDPs of the family were evaluated; `None` when all were.
-    pub fn sampled(&self) -> Option<String> {
-        let (chosen, all) = (self.chosen, self.family_size);
-        (chosen < all).then(|| format!("{chosen} of {all} point MDPs were evaluated"))
-    }
-
-    /// Says which methods lack how many point MDPs, and what is compared then; `None` when none lacks any.
-    pub fn lacks(&self) -> Option<String> {
-        if self.lacking.is_empty() {
-            return None;
+    /// Puts the methods into another order.
+    pub(super) fn reorder(&mut self, order: &[usize]) {
+        self.methods = order.iter().map(|m| self.methods[*m].clone()).collect();
+        for point in &mut self.points {
+            point.scores = order.iter().map(|m| point.scores[*m]).collect();
         }
-        let of = |(name, n): &(String, usize)| format!("{name} {n}");
-        let lacking: Vec<String> = self.lacking.iter().map(of).collect();
-        Some(format!(
-            "of {} point MDPs {} are compared, on which all methods have a score; lacking: {}",
-            self.chosen,
-            self.points.len(),
-            lacking.join(", ")
-        ))
     }
+}
+
+/// Returns ranks from 1; values that are equal have the mean of theirs.
+pub(super) fn ranks(values: &[f64], direction: Direction) -> Vec<f64> {
+    let rank = |value: &f64| {
+        let better = values.iter().filter(|other| direction.is_worse(*value, **other)).count();
+        let like = values.iter().filter(|other| *other == value).count();
+        better as f64 + (like as f64 + 1.0) / 2.0
+    };
+    values.iter().map(rank).collect()
 }
 
 /// Returns the position of a name.
 ///
 /// # Errors
 ///
-/// [`AnalysisError::Unknown`] with what may have been meant.
+/// [`AnalysisError`] with what may have been meant.
 pub(super) fn position<'a>(
-    what: &'static str,
+    what: &str,
     name: &str,
     all: impl Iterator<Item = &'a str> + Clone,
 ) -> Result<usize, AnalysisError> {
     all.clone().position(|other| other == name).ok_or_else(|| {
-        let mut there: Vec<&str> = all.clone().take(LISTED).collect();
-        let more = all.clone().count() - there.len();
+        let meant = did_you_mean(name, all.clone());
+        let there: Vec<&str> = all.clone().take(LISTED).collect();
+        let more = all.count() - there.len();
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-        if there.is_empty() {
-            there.push("none");
-        }
-        AnalysisError::Unknown {
-            what,
-            name: name.to_owned(),
-            there: format!("{}{more}", there.join(", ")),
-            meant: did_you_mean(name, all),
-        }
+        let there = there.join(", ");
+        AnalysisError(format!(
+            "there is no {what} `{name}` in the results{meant}; there are: {there}{more}"
+        ))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_that_are_equal_have_the_mean_of_their_ranks() {
+        assert_eq!(ranks(&[3.0, 1.0, 3.0, 2.0], Direction::Lower), [3.5, 1.0, 3.5, 2.0]);
+        assert_eq!(ranks(&[3.0, 1.0, 3.0, 2.0], Direction::Higher), [1.5, 4.0, 1.5, 3.0]);
+    }
 }

@@ -11,7 +11,7 @@ impl Analysis {
     ///
     /// # Errors
     ///
-    /// [`AnalysisError::Unknown`] for a metric that no record has.
+    /// [`AnalysisError`] for a metric that no record has.
     pub fn fail_beyond(&mut self, limit: Limit) -> Result<(), AnalysisError> {
         self.check_metric(&limit.metric)?;
         self.failure = Some(limit);
@@ -28,7 +28,7 @@ impl Analysis {
     ///
     /// # Errors
     ///
-    /// [`AnalysisError::Unknown`] for one that they do not have.
+    /// [`AnalysisError`] for one that they do not have.
     pub(super) fn check_metric(&self, name: &str) -> Result<(), AnalysisError> {
         let mut names = self.metrics();
         names.insert(0, self.manifest.identity.objective.clone());

@@ -121,7 +121,7 @@ fn last_parts(path: &str, length: usize) -> String {
 ///
 /// # Errors
 ///
-/// [`AnalysisError::NotTogether`] with the reason and the way out where they cannot be compared.
+/// [`AnalysisError`] with the reason and the way out where they cannot be compared.
 pub fn join(sources: Vec<Source>, known: Known<'_>) -> Result<Joined, AnalysisError> {
     let first = match &sources[..] {
         [first, _, ..] => first,
@@ -165,7 +165,7 @@ pub fn join(sources: Vec<Source>, known: Known<'_>) -> Result<Joined, AnalysisEr
 }
 
 fn refused<T>(text: String) -> Result<T, AnalysisError> {
-    Err(AnalysisError::NotTogether(text))
+    Err(AnalysisError(text))
 }
 
 /// Refuses two runs whose methods did not have the same task.

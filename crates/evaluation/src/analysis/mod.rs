@@ -27,14 +27,12 @@ mod pairs;
 mod points;
 mod profiles;
 mod ranking;
-mod ranks;
 mod reference;
 pub mod sensitivity;
 mod standing;
 mod statistics;
 mod summaries;
 mod training;
-pub mod transfer;
 mod whole;
 mod winners;
 

@@ -39,7 +39,7 @@ impl Reference {
     ///
     /// # Errors
     ///
-    /// [`AnalysisError::NotInRun`] for a method that is not in the run, [`AnalysisError::Incomplete`] for
+    /// [`AnalysisError`] for a method that is not in the run, [`AnalysisError`] for
     /// one without a result on some of the chosen point MDPs: the scores of others would be over
     /// whatever it finished, which is no comparison.
     pub fn against(results: &Results, name: &str) -> Result<Self, AnalysisError> {
@@ -50,22 +50,14 @@ impl Reference {
         check_name(name, &identity.methods)?;
         let missing = without_result(results, name);
         if !missing.is_empty() {
-            let mut some = missing[..missing.len().min(NAMED_POINTS)].join(", ");
-            if missing.len() > NAMED_POINTS {
-                some.push_str(", ...");
-            }
-            let points = identity.points.len();
-            return Err(AnalysisError::Incomplete {
-                method: name.to_owned(),
-                objective: noun(&identity.objective),
-                missing: missing.len(),
-                points: if points == 1 {
-                    "1 point MDP".into()
-                } else {
-                    format!("{points} point MDPs")
-                },
-                some,
-            });
+            let some = missing[..missing.len().min(NAMED_POINTS)].join(", ");
+            return Err(AnalysisError(format!(
+                "no scores against `{name}`: it has no {} above 0 on {} of {} point MDPs (such as {some}); finish the run, or \
+                 leave --against out",
+                noun(&identity.objective),
+                missing.len(),
+                identity.points.len()
+            )));
         }
         let index = identity.methods.iter().position(|m| m == name);
         Ok(Self { name: name.to_owned(), index, is_baseline: false })
@@ -76,13 +68,14 @@ impl Reference {
 ///
 /// # Errors
 ///
-/// [`AnalysisError::NotInRun`].
+/// [`AnalysisError`].
 pub fn check_name(name: &str, methods: &[String]) -> Result<(), AnalysisError> {
     match methods.iter().any(|m| m == name) {
         true => Ok(()),
-        false => {
-            Err(AnalysisError::NotInRun { method: name.to_owned(), methods: methods.join(", ") })
-        }
+        false => Err(AnalysisError(format!(
+            "no scores against `{name}`, which is not in the run; its methods are {}",
+            methods.join(", ")
+        ))),
     }
 }
 

@@ -8,15 +8,14 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, Gamma};
 
-use super::board::{Board, position};
+use super::board::{Board, position, ranks};
 use super::error::AnalysisError;
-use super::ranks::ranks;
 use super::whole::Analysis;
 use crate::stats::quantile::{ALPHA, central};
 use basics::seed::derive;
 
 /// Random distributions that are shown one by one, as the paper's `D_1` to `D_5`.
-pub const NAMED: usize = 5;
+const NAMED: usize = 5;
 
 /// Random distributions over which ranks are counted; the first are those that are shown.
 pub const RANDOM: usize = 1000;
@@ -41,8 +40,8 @@ pub struct Question {
 pub struct Sensitivity {
     /// The methods, best first by importance, and their scores.
     pub board: Board,
-    /// Overall performance by importance, with equal weights, by features, at reported point MDPs, and under [`NAMED`]
-    /// random distributions.
+    /// Overall performance by importance, with equal weights, by features, at reported point MDPs, and under some random
+    /// distributions.
     pub distributions: Vec<Distribution>,
     /// Per method the range of the central 95% of its overall performance over [`RANDOM`] distributions.
     pub range: Vec<Option<(f64, f64)>>,
@@ -71,31 +70,34 @@ impl Sensitivity {
     /// [`AnalysisError`] for names that are not in the results, and where methods have nothing in common.
     pub fn new(analysis: &Analysis, question: &Question) -> Result<Self, AnalysisError> {
         let methods = question.methods.clone().unwrap_or_else(|| Board::methods_of(analysis));
-        // Names that there are not are told before how many there are.
-        let board = Board::new(analysis, &methods)?;
-        if methods.len() < 2 {
-            let only = methods.first().map_or("no method", String::as_str);
-            return Err(AnalysisError::NotTogether(format!(
-                "there is only {only} to compare; name two methods or more with --methods, or finish the run"
-            )));
-        }
-        if let Some(twice) = (1..methods.len()).find(|m| methods[..*m].contains(&methods[*m])) {
-            let twice = &methods[twice];
-            let reason = format!("--methods has {twice} twice; name it once");
-            return Err(AnalysisError::NotTogether(reason));
-        }
-        let board = best_first(board);
+        let mut board = Board::new(analysis, &methods)?;
+        let total: f64 = board.points.iter().map(|p| p.weight).sum();
+        let importance: Vec<f64> = board.points.iter().map(|p| p.weight / total).collect();
+        let overall = Distribution::new(&board, "importance", importance.clone()).overall;
+        let mut order: Vec<usize> = (0..board.methods.len()).collect();
+        order.sort_by(|a, b| board.direction.compare(overall[*a], overall[*b]));
+        board.reorder(&order);
         let equal = vec![1.0; board.points.len()];
         let mut distributions = vec![
-            Distribution::new(&board, "importance", board.weights()),
+            Distribution::new(&board, "importance", importance),
             Distribution::new(&board, "equal", equal),
         ];
         for feature in &question.weigh_by {
-            distributions.push(Distribution::by_feature(analysis, &board, feature)?);
+            let weights = by_feature(analysis, &board, feature)?;
+            distributions.push(Distribution::new(&board, feature, weights));
         }
         for point in &question.reported {
-            let mut weights = vec![0.0; board.points.len()];
-            weights[board.position(analysis, point)?] = 1.0;
+            let rows = || analysis.points.iter().map(|p| &p.row);
+            let named = rows().position(|row| row.title == *point);
+            let ids = rows().map(|row| row.point.as_str());
+            let index = named.map_or_else(|| position("point MDP", point, ids), Ok)?;
+            let is_it = |i: usize| f64::from(u8::from(i == index));
+            let weights: Vec<f64> = board.points.iter().map(|p| is_it(p.index)).collect();
+            if !weights.contains(&1.0) {
+                return Err(AnalysisError(format!(
+                    "not every method has a score on point MDP `{point}`; finish the run, or choose methods with --methods"
+                )));
+            }
             distributions.push(Distribution::new(&board, point, weights));
         }
         let mut overall = vec![Vec::with_capacity(RANDOM); board.methods.len()];
@@ -115,32 +117,6 @@ impl Sensitivity {
         let range = overall.iter().map(|values| central(values, ALPHA)).collect();
         Ok(Self { board, distributions, range, as_overall })
     }
-
-    /// Returns the pairs of methods of which the first is ahead under a distribution and the second by importance.
-    pub fn reversals(&self, distribution: &Distribution) -> Vec<(&str, &str)> {
-        let ahead = |d: &Distribution, a: usize, b: usize| {
-            self.board.direction.is_worse(d.overall[b], d.overall[a])
-        };
-        let all = 0..self.board.methods.len();
-        let pairs = all.clone().flat_map(|a| all.clone().map(move |b| (a, b)));
-        pairs
-            .filter(|(a, b)| ahead(distribution, *a, *b) && ahead(&self.distributions[0], *b, *a))
-            .map(|(a, b)| (self.board.methods[a].as_str(), self.board.methods[b].as_str()))
-            .collect()
-    }
-}
-
-/// Returns a board whose methods are sorted by their overall performance.
-fn best_first(board: Board) -> Board {
-    let overall = Distribution::new(&board, "", board.weights()).overall;
-    let mut order: Vec<usize> = (0..board.methods.len()).collect();
-    order.sort_by(|a, b| board.direction.compare(overall[*a], overall[*b]));
-    let mut sorted = board.clone();
-    sorted.methods = order.iter().map(|m| board.methods[*m].clone()).collect();
-    for (point, old) in sorted.points.iter_mut().zip(&board.points) {
-        point.scores = order.iter().map(|m| old.scores[*m]).collect();
-    }
-    sorted
 }
 
 impl Distribution {
@@ -153,39 +129,30 @@ impl Distribution {
         Self { name: name.to_owned(), weights, overall, ranks }
     }
 
-    /// Importance times a feature, as vehicles rather than intersections count.
-    fn by_feature(
-        analysis: &Analysis,
-        board: &Board,
-        feature: &str,
-    ) -> Result<Self, AnalysisError> {
-        let features = &analysis.manifest.identity.features;
-        let column = position("feature", feature, features.iter().map(|f| f.name.as_str()))?;
-        let value = |index: usize| analysis.points[index].row.features[column];
-        if let Some(p) =
-            board.points.iter().find(|p| value(p.index).is_nan() || value(p.index) < 0.0)
-        {
-            return Err(AnalysisError::NotTogether(format!(
-                "point MDPs cannot be weighed by {feature}, which is {} on {}; choose a feature without negative \
-                 values",
-                value(p.index),
-                p.id
-            )));
-        }
-        let weights: Vec<f64> = board.points.iter().map(|p| p.weight * value(p.index)).collect();
-        let total: f64 = weights.iter().sum();
-        if !(total.is_finite() && total > 0.0) {
-            return Err(AnalysisError::NotTogether(format!(
-                "point MDPs cannot be weighed by {feature}, which is 0 on all of them; choose another feature"
-            )));
-        }
-        Ok(Self::new(board, feature, weights))
-    }
-
     /// Returns how many point MDPs of equal weight would be as unequal: the inverse of the sum of squared weights.
     pub fn effective(&self) -> f64 {
         1.0 / self.weights.iter().map(|w| w * w).sum::<f64>()
     }
+}
+
+/// Returns importance times a feature, as vehicles rather than intersections count.
+fn by_feature(
+    analysis: &Analysis,
+    board: &Board,
+    feature: &str,
+) -> Result<Vec<f64>, AnalysisError> {
+    let features = &analysis.manifest.identity.features;
+    let column = position("feature", feature, features.iter().map(|f| f.name.as_str()))?;
+    let value = |index: usize| analysis.points[index].row.features[column];
+    let weights: Vec<f64> = board.points.iter().map(|p| p.weight * value(p.index)).collect();
+    let total: f64 = weights.iter().sum();
+    if weights.iter().all(|w| *w >= 0.0) && total.is_finite() && total > 0.0 {
+        return Ok(weights);
+    }
+    Err(AnalysisError(format!(
+        "point MDPs cannot be weighed by {feature}, which is negative or missing on some of them, or 0 on all; choose another \
+         feature"
+    )))
 }
 
 /// Returns weights from a symmetric Dirichlet distribution; they sum to 1.
@@ -197,7 +164,7 @@ impl Distribution {
 ///
 /// * `concentration` — above 0.
 /// * `number` — which of the distributions of the seed.
-pub fn random_importance(points: usize, concentration: f64, seed: u64, number: usize) -> Vec<f64> {
+fn random_importance(points: usize, concentration: f64, seed: u64, number: usize) -> Vec<f64> {
     let labels = ["sensitivity", "importance", &number.to_string()];
     let mut rng = ChaCha8Rng::seed_from_u64(derive(seed, &labels));
     let gamma = Gamma::new(concentration + 1.0, 1.0).expect("a concentration is above 0");

@@ -1,5 +1,5 @@
 //! Learning curves: the objective in validation, or in training where there is no validation, relative to the reference if
-//! there is one; below, each learner alone with its return and loss.
+//! there is one.
 //!
 //! Choices where figures of this kind differ:
 //! - **Mean** over point MDPs with the weights of the score, after the mean over replicates, so that
@@ -12,30 +12,48 @@
 //!   that fails does not flatten the others. Values themselves have a linear axis.
 //! - A training without anything to decide ends after one episode; its curve goes on level.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::csv::{self, number};
 use super::figure::{Figure, WIDTH};
 use super::figures::{color, dash, sentence, widest_name};
-use super::scale::Scale;
-use super::svg::{Anchor, Canvas, Frame, MUTED, TextStyle};
-use super::traces::{TRACES, axes, bands, carried, smoothed};
+use super::format;
+use super::svg::{Anchor, Axes, Canvas, MUTED, TextStyle, nice_step};
 use super::whole::Report;
-use super::{format, traces};
 use crate::analysis::{MethodSummary, SMOOTHED_OVER, TrainingSummary};
+use crate::stats::quantile::quantile;
+use crate::stats::score::{mean, weighted_mean};
 
-/// Height of the panel of all learners and of those of one each, pixels.
-const HEIGHT_PX: (f64, f64) = (330.0, 150.0);
-
-/// Panels of one learner beside each other, and the height that a row takes with its labels, pixels.
-const COLUMNS: usize = 1 + TRACES.len();
-const PANEL_PX: f64 = 226.0;
+/// Height of the panel, pixels.
+const HEIGHT_PX: f64 = 330.0;
 
 /// Least distance of the labels at the ends of curves, pixels.
 const LABEL_PX: f64 = 17.0;
 
-/// Where the first panel begins, pixels.
+/// Where the panel begins, pixels.
 const TOP_PX: f64 = 34.0;
+
+/// Smallest ratio on the axis, which has no 0.
+const LEAST: f64 = 0.01;
+
+/// Space above and below the curves, decades, or as a share of their range.
+const PAD_DECADES: f64 = 0.04;
+const PAD: f64 = 0.06;
+
+/// Trainings below which the band is their whole range.
+pub(super) const FEW_TRAININGS: usize = 5;
+
+/// Quantiles of the band.
+const BAND: (f64, f64) = (0.1, 0.9);
+
+/// Mean, lower and upper end of the band in one episode; `None` where no training has a value.
+type Band = Option<[f64; 3]>;
+
+/// Returns a figure of a training, one value per episode; `None` where there is none.
+type Values = fn(&TrainingSummary) -> &[Option<f64>];
+
+/// Fills gaps of a curve, up to a number of episodes.
+type Smooth = fn(&[Option<f64>], usize) -> Vec<Option<f64>>;
 
 /// A learner's curve and its band, one value per row from the first that all its trainings have.
 struct Curve<'a> {
@@ -58,7 +76,7 @@ pub(super) fn common_points(data: &Report) -> BTreeSet<usize> {
 }
 
 /// Returns the learners that have a curve, in the order of the ranking.
-pub(super) fn drawn(data: &Report) -> Vec<&MethodSummary> {
+fn drawn(data: &Report) -> Vec<&MethodSummary> {
     let has_curve = |m: &&MethodSummary| data.trainings_of(&m.method).any(|t| t.curve.len() > 1);
     data.methods.iter().filter(has_curve).collect()
 }
@@ -68,18 +86,17 @@ pub(super) fn learning(data: &Report) -> Option<Figure> {
     let common = common_points(data);
     let curves: Vec<Curve> = drawn(data).iter().filter_map(|m| curve(data, m, &common)).collect();
     let episodes = curves.iter().map(|c| c.from + c.mean.len()).max()?;
-    let rows = curves.len();
-    let bottom = TOP_PX + HEIGHT_PX.0;
-    let mut canvas = Canvas::new(WIDTH, bottom + 66.0 + PANEL_PX * rows as f64);
-    let (noun, row, scale) = (&data.words.noun, &data.words.row, Scale::of(data));
+    let bottom = TOP_PX + HEIGHT_PX;
+    let mut canvas = Canvas::new(WIDTH, bottom + 66.0);
+    let (noun, row, is_ratio) = (&data.words.noun, &data.words.row, !data.reference.is_none());
     let of_validation = curves.iter().flat_map(|c| &c.trainings).any(|t| t.policy_row.is_some());
     let (when, how) = match of_validation {
         true => ("validation".to_owned(), "validation seeds".to_owned()),
         false => (format!("a training {row}"), format!("trailing mean of {SMOOTHED_OVER}")),
     };
-    let title = match scale {
-        Scale::Value => format!("{noun} in {when} ({})", data.better()),
-        Scale::Ratio => format!(
+    let title = match is_ratio {
+        false => format!("{noun} in {when} ({})", data.better()),
+        true => format!(
             "{noun} in {when} / mean of {} (log scale, {})",
             data.reference.name,
             data.better()
@@ -87,38 +104,92 @@ pub(super) fn learning(data: &Report) -> Option<Figure> {
     };
     canvas.text(10.0, 18.0, &title, TextStyle::new(Anchor::Start).color(MUTED));
     let area = (56.0, TOP_PX, WIDTH - widest_name(data).max(100.0) - 88.0, bottom);
-    let range = scale.range(curves.iter().flat_map(|c| &c.mean));
-    let label = format!("training {row} ({how})");
-    let frame = panel(&mut canvas, area, episodes, (scale, range), label);
-    let one = (scale == Scale::Ratio).then_some(0.0);
-    let ends = curves.iter().map(|c| scale.at(last(&c.mean))).chain(one).map(|v| frame.y(v));
-    let labels = spread(ends, (TOP_PX, bottom));
+    let at = |value: f64| if is_ratio { value.max(LEAST).log10() } else { value };
+    // The axis of ratios contains 1.
+    let start = if is_ratio { (0.0, 0.0) } else { (f64::INFINITY, f64::NEG_INFINITY) };
+    let drawn = || curves.iter().flat_map(|c| c.mean.iter().chain(&c.low).chain(&c.high));
+    let ends = drawn().fold(start, |(a, b): (f64, f64), v| (a.min(at(*v)), b.max(at(*v))));
+    let pad = match is_ratio {
+        true => PAD_DECADES,
+        false if ends.1 > ends.0 => PAD * (ends.1 - ends.0),
+        false => PAD * ends.0.abs().max(1.0),
+    };
+    let x_end = episodes.max(2) as f64;
+    let frame = canvas.axes(&Axes {
+        area,
+        x: (0.0, x_end),
+        y: (ends.0 - pad, ends.1 + pad),
+        x_step: nice_step(x_end, 10.0).max(1.0),
+        y_step: None,
+        x_last: x_end,
+        x_label: Some(format!("training {row} ({how})")),
+        y_label: None,
+    });
+    for (value, label) in marks(is_ratio, (ends.0 - pad, ends.1 + pad)) {
+        let y = frame.y(value);
+        canvas.line((area.0, y), (area.2, y), "#e3e3e3", 1.0, None);
+        canvas.text(area.0 - 7.0, y + 4.5, &label, TextStyle::new(Anchor::End));
+    }
+    let one = is_ratio.then_some(frame.y(0.0));
+    let last_y = curves.iter().map(|c| frame.y(at(last(&c.mean))));
+    let labels = spread(last_y.chain(one), (TOP_PX, bottom));
     let style = TextStyle::new(Anchor::Start);
-    if let Some(y) = labels.get(curves.len()) {
-        canvas.line((area.2, frame.y(0.0)), (area.2 + 22.0, *y), MUTED, 1.2, Some("5 4"));
+    if let Some((y, one)) = labels.get(curves.len()).zip(one) {
+        canvas.line((area.0, one), (area.2, one), MUTED, 1.5, Some("5 4"));
+        canvas.line((area.2, one), (area.2 + 22.0, *y), MUTED, 1.2, Some("5 4"));
         let label = format!("{} 1", data.reference.as_label());
         canvas.text(area.2 + 26.0, y + 4.5, &label, style.color(MUTED));
     }
     for (c, y) in curves.iter().zip(labels).rev() {
         let (color, dash) = (color(data, c.method), dash(data, c.method));
-        let end = line(&mut canvas, (&frame, scale), (c.from, &c.mean), (color, 2.2, dash));
+        let points = |values: &[f64]| -> Vec<(f64, f64)> {
+            let point = |(e, v): (usize, &f64)| (frame.x((c.from + e + 1) as f64), frame.y(at(*v)));
+            values.iter().enumerate().map(point).collect()
+        };
+        let mut band = points(&c.low);
+        band.extend(points(&c.high).into_iter().rev());
+        canvas.band(&band, color);
+        let middle = points(&c.mean);
+        let end = middle.last().copied().unwrap_or_default();
+        canvas.polyline(middle, color, 2.2, dash);
         canvas.line(end, (area.2 + 22.0, y), color, 1.2, dash);
         let text = format!("{} {}", c.method.method, format::score(last(&c.mean)));
         canvas.text(area.2 + 26.0, y + 4.5, &text, style);
     }
-    small_panels(&mut canvas, data, &curves, (bottom + 66.0, episodes));
     let description = sentence(curves.iter().map(|c| {
         let (first, last) = (c.mean.first().copied().unwrap_or(f64::NAN), last(&c.mean));
         let (first, last) = (format::score(first), format::score(last));
-        match scale {
-            Scale::Value => format!("{} from {first} to {last}", c.method.method),
-            Scale::Ratio => {
-                let of = data.reference.in_short();
-                format!("{} from {first} to {last} of {of}", c.method.method)
-            }
-        }
+        let of =
+            if is_ratio { format!(" of {}", data.reference.in_short()) } else { String::new() };
+        format!("{} from {first} to {last}{of}", c.method.method)
     }));
     Some(canvas.figure("learning", "Learning curves", &description))
+}
+
+/// Returns where the axis is marked, and with what: round numbers, of ratios the fewer the longer it is.
+fn marks(is_ratio: bool, (low, high): (f64, f64)) -> Vec<(f64, String)> {
+    if !is_ratio {
+        let step = nice_step(high - low, 4.0);
+        let (from, to) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+        return (from..=to).map(|k| (k as f64 * step, short(k as f64 * step))).collect();
+    }
+    let steps: &[f64] = match high - low {
+        span if span < 0.8 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
+        span if span < 2.0 => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
+    };
+    let decades = low.floor() as i32..=high.ceil() as i32;
+    let all = decades.flat_map(|d| steps.iter().map(move |s| s * 10f64.powi(d)));
+    let shown = all.filter(|t| (low..=high).contains(&t.log10()));
+    shown.map(|t| (t.log10(), format::feature(t))).collect()
+}
+
+/// Returns a number that fits beside an axis: powers of 10 where it is tiny or huge.
+fn short(value: f64) -> String {
+    match value.abs() {
+        v if v == 0.0 || (0.01..1e5).contains(&v) => format::feature(value),
+        _ => format!("{value:.0e}"),
+    }
 }
 
 /// Returns `learning.csv`, what the figure shows: a row per learner and row of training, with the objective, the return and
@@ -127,14 +198,15 @@ pub(super) fn table(data: &Report) -> Option<String> {
     let common = common_points(data);
     let curves: Vec<Curve> = drawn(data).iter().filter_map(|m| curve(data, m, &common)).collect();
     let names = |name: &str| [name.to_owned(), format!("{name}_low"), format!("{name}_high")];
-    let objective = match Scale::of(data) {
-        Scale::Value => data.manifest.identity.objective.clone(),
-        Scale::Ratio => "score".to_owned(),
+    let objective = match data.reference.is_none() {
+        true => data.manifest.identity.objective.clone(),
+        false => "score".to_owned(),
     };
     let mut header = ["method", "row", "trainings"].map(str::to_owned).to_vec();
     header.extend([objective.as_str(), "return", "loss"].into_iter().flat_map(names));
     let rows = curves.iter().flat_map(|c| {
-        let traces = TRACES.map(|trace| bands(data, &c.trainings, trace.of, smoothed));
+        let traces: [Values; 2] = [|t| &t.returns, |t| &t.losses];
+        let traces = traces.map(|of| bands(data, &c.trainings, of, smoothed));
         (0..c.mean.len()).map(move |i| {
             let row = c.from + i;
             let of_traces = traces.iter().map(|bands| bands.get(row).copied().flatten());
@@ -147,47 +219,6 @@ pub(super) fn table(data: &Report) -> Option<String> {
         })
     });
     (!curves.is_empty()).then(|| csv::table(&header, rows))
-}
-
-/// Draws a row per learner: its objective with its band, the others in grey, then its return and loss.
-fn small_panels(
-    canvas: &mut Canvas,
-    data: &Report,
-    curves: &[Curve],
-    (top, episodes): (f64, usize),
-) {
-    let scale = Scale::of(data);
-    let range = scale.range(curves.iter().flat_map(|c| c.mean.iter().chain(&c.low).chain(&c.high)));
-    let width = (WIDTH - 10.0) / COLUMNS as f64;
-    for (i, c) in curves.iter().enumerate() {
-        let top = top + PANEL_PX * i as f64 + 10.0;
-        let area = |column: usize| {
-            let left = width * column as f64 + 56.0;
-            (left, top, left + width - 70.0, top + HEIGHT_PX.1)
-        };
-        let looks = (episodes, color(data, c.method), dash(data, c.method));
-        for (column, trace) in TRACES.iter().enumerate() {
-            traces::panel(canvas, data, &c.trainings, trace, area(column + 1), looks);
-        }
-        let area = area(0);
-        let frame =
-            panel(canvas, area, episodes, (scale, range), format!("training {}", data.words.row));
-        for other in curves.iter().filter(|o| o.method.index != c.method.index) {
-            let values = (other.from, &*other.mean);
-            line(canvas, (&frame, scale), values, ("#c4c4c4", 1.0, None));
-        }
-        let at = |(e, v): (usize, &f64)| (frame.x((c.from + e + 1) as f64), frame.y(scale.at(*v)));
-        let mut corners: Vec<_> = c.low.iter().enumerate().map(at).collect();
-        corners.extend(c.high.iter().enumerate().map(at).rev());
-        let (_, color, dash) = looks;
-        canvas.band(&corners, color);
-        line(canvas, (&frame, scale), (c.from, &c.mean), (color, 2.2, dash));
-        let style = TextStyle::new(Anchor::Start);
-        canvas.text(area.0, top - 8.0, &c.method.method, style.bold());
-        let note = format::count(c.trainings.len(), "training");
-        let style = TextStyle::new(Anchor::End).small().color(MUTED);
-        canvas.text(area.2, top - 8.0, &note, style);
-    }
 }
 
 /// Returns the curve of a learner over some point MDPs, or over all it has when there are none.
@@ -211,34 +242,51 @@ fn last(values: &[f64]) -> f64 {
     values.last().copied().unwrap_or(f64::NAN)
 }
 
-/// Draws axes, and for ratios the line of what they are relative to.
-pub(super) fn panel(
-    canvas: &mut Canvas,
-    area: (f64, f64, f64, f64),
-    episodes: usize,
-    (scale, (low, high)): (Scale, (f64, f64)),
-    label: String,
-) -> Frame {
-    let frame = axes(canvas, area, (episodes, label), (low, high), scale.marks(low, high));
-    if scale == Scale::Ratio {
-        let y = frame.y(0.0);
-        canvas.line((area.0, y), (area.2, y), MUTED, 1.5, Some("5 4"));
-    }
-    frame
+/// Returns the trailing means of a figure, which goes on level to the given length.
+fn smoothed(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
+    let trailing = |end: usize| {
+        let window = &values[end.saturating_sub(SMOOTHED_OVER)..end];
+        mean(&window.iter().flatten().copied().collect::<Vec<f64>>())
+    };
+    (1..=episodes).map(|e| trailing(e.min(values.len()))).collect()
 }
 
-/// Draws values by episode after some without, and returns where the line ends.
-pub(super) fn line(
-    canvas: &mut Canvas,
-    (frame, scale): (&Frame, Scale),
-    (from, values): (usize, &[f64]),
-    (color, width, dash): (&str, f64, Option<&str>),
-) -> (f64, f64) {
-    let at = |(e, v): (usize, &f64)| (frame.x((from + e + 1) as f64), frame.y(scale.at(*v)));
-    let points: Vec<_> = values.iter().enumerate().map(at).collect();
-    let end = points.last().copied().unwrap_or_default();
-    canvas.polyline(points, color, width, dash);
-    end
+/// Returns the values of a curve, each of which counts until the next one, to the given length.
+fn carried(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
+    let rows = values.iter().copied().chain(std::iter::repeat(None)).take(episodes);
+    rows.scan(None, |last, value| {
+        *last = value.or(*last);
+        Some(*last)
+    })
+    .collect()
+}
+
+/// Returns the mean and the band of a figure, one per episode.
+///
+/// # Arguments
+///
+/// * `smooth` — [`smoothed`] or [`carried`].
+fn bands(data: &Report, trainings: &[&TrainingSummary], of: Values, smooth: Smooth) -> Vec<Band> {
+    let with_values = || trainings.iter().filter(|t| of(t).iter().any(Option::is_some));
+    let episodes = with_values().map(|t| of(t).len()).max().unwrap_or(0);
+    let smooth: Vec<(usize, Vec<Option<f64>>)> =
+        with_values().map(|t| (t.point, smooth(of(t), episodes))).collect();
+    let band = |e: usize| {
+        let mut by_point: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        for (point, values) in &smooth {
+            if let Some(value) = values[e] {
+                by_point.entry(*point).or_default().push(value);
+            }
+        }
+        let middle = weighted_mean(
+            by_point.iter().filter_map(|(p, v)| Some((data.points[*p].weight, mean(v)?))),
+        )?;
+        let mut all: Vec<f64> = by_point.into_values().flatten().collect();
+        all.sort_by(f64::total_cmp);
+        let (from, to) = if all.len() < FEW_TRAININGS { (0.0, 1.0) } else { BAND };
+        Some([middle, quantile(&all, from), quantile(&all, to)])
+    };
+    (0..episodes).map(band).collect()
 }
 
 /// Returns positions near the wanted ones, in the same order, that leave room for a label each.
@@ -269,5 +317,28 @@ mod tests {
         let placed = spread([50.0, 52.0, 99.0].into_iter(), (0.0, 100.0));
         assert_eq!(placed, [50.0, 67.0, 99.0]);
         assert_eq!(spread([99.0, 98.0].into_iter(), (0.0, 100.0)), [100.0, 83.0]);
+    }
+
+    #[test]
+    fn marks_are_fewer_on_a_longer_axis() {
+        let of =
+            |is_ratio, ends| marks(is_ratio, ends).into_iter().map(|m| m.1).collect::<Vec<_>>();
+        assert_eq!(of(true, (-0.35, 0.2)), ["0.5", "0.7", "1", "1.5"]);
+        assert_eq!(of(true, (-0.5, 2.1)), ["1", "10", "100"]);
+        assert_eq!(of(false, (-3e6, 1e6)), ["-3e6", "-2e6", "-1e6", "0", "1e6"]);
+    }
+
+    #[test]
+    fn a_curve_is_smoothed_by_what_came_before() {
+        let means = smoothed(&[6.0, 4.0, 2.0, 2.0, 1.0, 1.0].map(Some), 6);
+        assert_eq!(means, [6.0, 5.0, 4.0, 3.5, 3.0, 2.0].map(Some));
+    }
+
+    #[test]
+    fn episodes_without_a_loss_count_in_no_mean() {
+        let losses = [None, None, Some(4.0), None, Some(2.0), None, None, None, None, None];
+        let smooth = smoothed(&losses, 11);
+        assert_eq!(smooth[..5], [None, None, Some(4.0), Some(4.0), Some(3.0)]);
+        assert_eq!(smooth[8..], [Some(2.0), None, None]);
     }
 }

@@ -4,7 +4,7 @@ use minijinja::value::merge_maps;
 use minijinja::{HtmlEscape, Value, context};
 
 use super::answers::answers;
-use super::curves::common_points;
+use super::curves::{FEW_TRAININGS, common_points};
 use super::divisor::baseline_in_full;
 use super::error::ReportError;
 use super::figure::Figure;
@@ -14,7 +14,6 @@ use super::methods::ranking;
 use super::page::render;
 use super::provenance::{CITATIONS, hashes, provenance, settings};
 use super::sections::{About, Metric, Part, Slot, Table};
-use super::traces::FEW_TRAININGS;
 use super::whole::{Report, Runs};
 use super::words::Words;
 use super::{all, format, summaries, sure, text};

@@ -1,18 +1,286 @@
 //! How well estimators do on a family whose every point MDP was evaluated: samples are drawn again and again, and what
 //! they say is held against the whole family.
 //!
-//! ```text
-//! Analysis of a whole family -> Recorded -> study: samples x estimators x methods -> Cell
-//! ```
-//!
 //! Source: Jayawardana et al. (NeurIPS 2022), section "Evaluate DRL methods on a family of MDPs" and appendix.
 
-mod cell;
-mod engine;
-mod kind;
 mod recorded;
 
-pub use cell::Cell;
-pub use engine::{StudyPlan, study};
-pub use kind::Kind;
+use clap::ValueEnum;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
 pub use recorded::{Recorded, RecordedMethod, StudyError};
+
+use crate::analysis::estimator::{Chosen, Estimate, Sample, estimator_of};
+use crate::sample::{Design, SamplePlan, Sampling, choose_over};
+use crate::stats::{PointObjectives, StatsError};
+use basics::seed::derive;
+
+/// Relative difference that is rounding.
+const EXACT: f64 = 1e-9;
+
+/// A sampling with its estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, ValueEnum)]
+pub enum Kind {
+    /// M1, with replacement
+    M1,
+    /// M2, without replacement
+    M2,
+    /// M3, k-means
+    M3,
+    /// balanced over the features
+    Balanced,
+    /// Bayesian quadrature, features
+    BqFeatures,
+    /// Bayesian quadrature over features and the scores of cheap methods
+    Bq,
+}
+
+impl Kind {
+    /// Returns its name on the command line and in files.
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    fn sampling(self) -> Sampling {
+        match self {
+            Self::M1 => Sampling::WithReplacement,
+            Self::M2 => Sampling::WithoutReplacement,
+            Self::M3 => Sampling::KMeans,
+            Self::Balanced => Sampling::Balanced,
+            Self::BqFeatures | Self::Bq => Sampling::BayesianQuadrature,
+        }
+    }
+}
+
+/// What is studied.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StudyPlan {
+    /// Sizes of samples.
+    pub budgets: Vec<usize>,
+    /// Samples per estimator and budget.
+    pub repeats: usize,
+    /// Estimators.
+    pub kinds: Vec<Kind>,
+    /// Seed of the samples.
+    pub seed: u64,
+    /// Resamples of an interval; 0 leaves intervals out.
+    pub resamples: usize,
+}
+
+/// What came of many samples: how far the estimates of one estimator, method and budget were off.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// The estimator.
+    pub kind: Kind,
+    /// Name of the method.
+    pub method: String,
+    /// Number of point MDPs in a sample.
+    pub budget: usize,
+    /// Overall performance of the whole family.
+    pub truth: f64,
+    /// Number of samples.
+    pub repeats: usize,
+    /// Mean of the estimates.
+    pub mean: f64,
+    /// Standard deviation of the estimates.
+    pub deviation: f64,
+    /// Root-mean-square error.
+    pub error: f64,
+    /// Share of the 95% intervals that hold the truth; `None` without intervals.
+    pub coverage: Option<f64>,
+    /// Mean half-width of the intervals.
+    pub half_width: Option<f64>,
+    /// Mean time that the tasks of a sample take, CPU-hours, those of cheap methods on all point MDPs not counted; `None`
+    /// where that is not known.
+    pub cpu_hours: Option<f64>,
+}
+
+/// One estimate, its interval, and the seconds that its tasks took.
+type Trial = (f64, Option<(f64, f64)>, Option<f64>);
+
+impl Cell {
+    fn of((kind, budget): (Kind, usize), method: &str, truth: f64, trials: &[Trial]) -> Self {
+        let n = trials.len() as f64;
+        // A sample that is the whole family gives its performance but for rounding.
+        let exact = |x: f64| if (x - truth).abs() <= EXACT * truth.abs() { truth } else { x };
+        let values: Vec<f64> = trials.iter().map(|t| exact(t.0)).collect();
+        let mean = values.iter().sum::<f64>() / n;
+        let squares = |from: f64| values.iter().map(|v| (v - from).powi(2)).sum::<f64>() / n;
+        let intervals: Vec<(f64, f64)> = trials
+            .iter()
+            .filter_map(|t| t.1.map(|(low, high)| (exact(low), exact(high))))
+            .collect();
+        let share = |f: &dyn Fn(&(f64, f64)) -> f64| {
+            let sum: f64 = intervals.iter().map(f).sum();
+            (!intervals.is_empty()).then(|| sum / intervals.len() as f64)
+        };
+        let holds = |i: &(f64, f64)| f64::from(u8::from(i.0 <= truth && truth <= i.1));
+        let costs: Option<Vec<f64>> = trials.iter().map(|t| t.2).collect();
+        Self {
+            kind,
+            method: method.to_owned(),
+            budget,
+            truth,
+            repeats: trials.len(),
+            mean,
+            deviation: squares(mean).sqrt(),
+            error: squares(truth).sqrt(),
+            coverage: share(&holds),
+            half_width: share(&|i| (i.1 - i.0) / 2.0),
+            cpu_hours: costs.map(|c| c.iter().sum::<f64>() / n / 3600.0),
+        }
+    }
+}
+
+/// Draws samples and estimates from them; a cell per estimator, budget and method, in this order.
+///
+/// The same plan gives the same cells, whatever the number of threads.
+///
+/// # Arguments
+///
+/// * `done` — called with the number of samples that were finished since the last call, from any thread.
+///
+/// # Errors
+///
+/// [`StudyError`] for a budget above the size of the family or a score that is undefined.
+pub fn study(
+    recorded: &Recorded,
+    plan: &StudyPlan,
+    done: &(dyn Fn(usize) + Sync),
+) -> Result<Vec<Cell>, StudyError> {
+    // A design with its process serves balanced samples as well.
+    let modelled = |design: Design, kind: Kind| match plan.kinds.contains(&kind) {
+        true => design.modelled(),
+        false => design,
+    };
+    let plain = Setting::new(recorded, modelled(Design::of(&recorded.family), Kind::BqFeatures));
+    let assisted = (recorded.methods.par_iter()).map(|m| {
+        Setting::new(recorded, modelled(recorded.design_for(&[m.name.as_str()]), Kind::Bq))
+    });
+    let assisted: Vec<Setting<'_>> = assisted.collect();
+    let mut cells = Vec::new();
+    for kind in &plan.kinds {
+        for budget in &plan.budgets {
+            let repeats = (0..plan.repeats).into_par_iter();
+            let trials = repeats.map(|repeat| {
+                let trials = trials(recorded, (&plain, &assisted), plan, (*kind, *budget), repeat);
+                done(1);
+                trials
+            });
+            let trials = trials.collect::<Result<Vec<Vec<Trial>>, StudyError>>()?;
+            for (k, method) in recorded.methods.iter().enumerate() {
+                let own: Vec<Trial> = trials.iter().map(|all| all[k]).collect();
+                let truth = recorded.truth(method);
+                cells.push(Cell::of((*kind, *budget), &method.name, truth, &own));
+            }
+        }
+    }
+    Ok(cells)
+}
+
+/// Returns the estimates of all methods from one repeat's samples.
+fn trials(
+    recorded: &Recorded,
+    (plain, assisted): (&Setting<'_>, &[Setting<'_>]),
+    plan: &StudyPlan,
+    (kind, budget): (Kind, usize),
+    repeat: usize,
+) -> Result<Vec<Trial>, StudyError> {
+    let seed = derive(plan.seed, &["study", &repeat.to_string()]);
+    let mut shared: Option<SamplePlan> = None;
+    let mut trials = Vec::with_capacity(recorded.methods.len());
+    for (k, method) in recorded.methods.iter().enumerate() {
+        let is_assisted = kind == Kind::Bq;
+        let setting = if is_assisted { &assisted[k] } else { plain };
+        // Only designs that leave a method's own scores out differ between methods.
+        let own = is_assisted && !method.learns;
+        let chosen = match (&shared, own) {
+            (Some(chosen), false) => chosen.clone(),
+            _ => choose_over(&recorded.family, &setting.design, kind.sampling(), budget, seed)?,
+        };
+        let rows: Vec<usize> =
+            chosen.draws.iter().filter_map(|d| recorded.family.position(&d.point)).collect();
+        let estimate = setting.estimate((&chosen, &rows), (k, method), plan.resamples, seed)?;
+        let cost_s = rows.iter().map(|row| method.cost_s[*row]).sum();
+        trials.push((estimate.value, estimate.interval, cost_s));
+        if !own {
+            shared = Some(chosen);
+        }
+    }
+    Ok(trials)
+}
+
+/// A design with where its point MDPs lie.
+struct Setting<'a> {
+    recorded: &'a Recorded,
+    design: Design,
+    coordinates: Vec<Vec<f64>>,
+}
+
+impl<'a> Setting<'a> {
+    fn new(recorded: &'a Recorded, design: Design) -> Self {
+        let coordinates = design.coordinates();
+        Self { recorded, design, coordinates }
+    }
+
+    /// Estimates a method from a sample, of which `rows` are the positions in the family.
+    fn estimate(
+        &self,
+        (plan, rows): (&SamplePlan, &[usize]),
+        (index, method): (usize, &RecordedMethod),
+        resamples: usize,
+        seed: u64,
+    ) -> Result<Estimate, StatsError> {
+        let estimator = estimator_of(plan);
+        let family = &self.recorded.family;
+        let drawn = || plan.draws.iter().zip(rows);
+        let scores: Vec<PointObjectives> = drawn()
+            .map(|(draw, row)| PointObjectives {
+                weight: draw.weight,
+                draws: estimator.draws(draw.count),
+                ..method.objectives[*row].clone()
+            })
+            .collect();
+        let points: Vec<Chosen> = drawn()
+            .map(|(draw, row)| Chosen {
+                count: draw.count,
+                inclusion: draw.inclusion,
+                importance: family.points[*row].importance,
+                row: Some(*row),
+                at: self.coordinates[*row].clone(),
+            })
+            .collect();
+        let sample = Sample {
+            family_size: family.points.len(),
+            chosen: points.len(),
+            method: index as u64,
+            name: &method.name,
+            // The truth is what was recorded, with the luck of its trainings.
+            learned_once: false,
+            points: &points,
+            design: Some(&self.design),
+            resamples: plan.resamples(resamples),
+            alpha: plan.alpha(),
+        };
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        estimator.estimate(sample, &scores, &mut rng)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_from_the_truth_and_deviations_from_the_mean() {
+        let trial = |value: f64| (value, Some((value - 1.5, value + 1.5)), Some(1800.0));
+        let cell = Cell::of((Kind::M1, 2), "m", 1.0, &[trial(2.0), trial(4.0)]);
+        assert_eq!((cell.mean, cell.deviation, cell.error), (3.0, 1.0, 5f64.sqrt()));
+        assert_eq!((cell.coverage, cell.half_width), (Some(0.5), Some(1.5)));
+        assert_eq!(cell.cpu_hours, Some(0.5));
+        let cell = Cell::of((Kind::M3, 1), "m", 1.0, &[(1.0, None, None)]);
+        assert_eq!((cell.coverage, cell.half_width, cell.cpu_hours), (None, None, None));
+    }
+}

@@ -45,61 +45,9 @@ pub struct Recorded {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// A sample, of which the truth is not known.
-    #[error(
-        "{dir} has {chosen} of the {size} point MDPs of {scenario}: what estimators miss is only known where all were \
-         evaluated; run it with --budget all"
-    )]
-    Sampled {
-        /// The results directory.
-        dir: String,
-        /// Chosen point MDPs.
-        chosen: usize,
-        /// Size of the family.
-        size: usize,
-        /// Name of the scenario.
-        scenario: String,
-    },
-    /// No method has all scores.
-    #[error(
-        "{dir}: no method has a score on all {size} point MDPs ({lacking}); finish the run first"
-    )]
-    Unfinished {
-        /// The results directory.
-        dir: String,
-        /// Size of the family.
-        size: usize,
-        /// Methods and how many they lack.
-        lacking: String,
-    },
-    /// Results of another family.
-    #[error("{dir} has another family than {than}: {what}; give results of the same scenario")]
-    OtherFamily {
-        /// The results directory.
-        dir: String,
-        /// The other one.
-        than: String,
-        /// What differs.
-        what: String,
-    },
-    /// A method that cannot assist.
-    #[error("{dir}: --inputs {method}: methods without learning on all point MDPs are {known}")]
-    NoInput {
-        /// The results directory.
-        dir: String,
-        /// The method.
-        method: String,
-        /// Those that can.
-        known: String,
-    },
-    /// Nothing that could assist.
-    #[error(
-        "{dir} has no method without learning on all point MDPs; run some, or leave --assist out"
-    )]
-    NoInputs {
-        /// The results directory.
-        dir: String,
-    },
+    /// Results that do not say what is needed, with the way out.
+    #[error("{0}")]
+    Results(String),
     /// No family can be made of the point MDPs.
     #[error(transparent)]
     Family(#[from] FamilyError),
@@ -109,6 +57,10 @@ pub enum StudyError {
     /// A score that is none.
     #[error(transparent)]
     Stats(#[from] StatsError),
+}
+
+fn refused<T>(reason: String) -> Result<T, StudyError> {
+    Err(StudyError::Results(reason))
 }
 
 /// Seconds that tasks took, by method and point MDP; `None` where that is not known.
@@ -123,13 +75,16 @@ impl Recorded {
     ///
     /// # Errors
     ///
-    /// [`StudyError::Sampled`] for results on a sample, [`StudyError::Unfinished`] when no method is complete.
+    /// [`StudyError`] for results on a sample, and when no method is complete.
     pub fn of(analysis: &Analysis, dir: &str) -> Result<Self, StudyError> {
         let identity = &analysis.manifest.identity;
         let (chosen, size) = (identity.points.len(), identity.sample.family_size);
         if chosen != size {
-            let (dir, scenario) = (dir.to_owned(), identity.scenario.clone());
-            return Err(StudyError::Sampled { dir, chosen, size, scenario });
+            return refused(format!(
+                "{dir} has {chosen} of the {size} point MDPs of {}: what estimators miss is only known where all were \
+                 evaluated; run it with --budget all",
+                identity.scenario
+            ));
         }
         let features = identity.features.iter();
         let features = features.map(|f| Feature { name: f.name.clone(), unit: f.unit.clone() });
@@ -164,7 +119,9 @@ impl Recorded {
         if recorded.methods.is_empty() {
             let lacking = recorded.lacking.iter().map(|(m, n)| format!("{m} lacks {n}"));
             let lacking = lacking.collect::<Vec<_>>().join(", ");
-            return Err(StudyError::Unfinished { dir: dir.to_owned(), size, lacking });
+            return refused(format!(
+                "{dir}: no method has a score on all {size} point MDPs ({lacking}); finish the run first"
+            ));
         }
         Ok(recorded)
     }
@@ -217,7 +174,7 @@ impl Recorded {
     ///
     /// # Errors
     ///
-    /// [`StudyError::OtherFamily`] when point MDPs or their importance differ.
+    /// [`StudyError`] when point MDPs or their importance differ.
     pub fn assisted_by(&mut self, other: &Self, dir: &str, than: &str) -> Result<(), StudyError> {
         let ours = self.family.points.iter().map(|p| (p.id.as_str(), p.importance));
         other.check_points(ours, (dir, than))?;
@@ -233,35 +190,16 @@ impl Recorded {
     ///
     /// # Errors
     ///
-    /// [`StudyError::OtherFamily`] when point MDPs or their importance differ, [`StudyError::NoInputs`] when no
-    /// method without learning was run everywhere.
+    /// [`StudyError`] when point MDPs or their importance differ, and when no method without learning was run everywhere.
     pub fn add_to(&self, design: &mut Design, dir: &str) -> Result<(), StudyError> {
         let points = design.points.iter().map(|p| (p.point.as_str(), p.importance));
         self.check_points(points, (dir, "the scenario"))?;
         if self.inputs.iter().all(|(input, _)| input.measure == Measure::Objective) {
-            return Err(StudyError::NoInputs { dir: dir.to_owned() });
+            return refused(format!(
+                "{dir} has no method without learning on all point MDPs; run some, or leave --assist out"
+            ));
         }
         self.inputs.iter().for_each(|(input, values)| design.add_input(input, values));
-        Ok(())
-    }
-
-    /// Keeps the scores of these methods among the inputs, besides the baseline's objective.
-    ///
-    /// # Arguments
-    ///
-    /// * `dir` — the results directory, for errors.
-    ///
-    /// # Errors
-    ///
-    /// [`StudyError::NoInput`] for a method whose scores are not known everywhere, or that learns.
-    pub fn keep_inputs(&mut self, methods: &[String], dir: &str) -> Result<(), StudyError> {
-        let scores = || self.inputs.iter().filter(|(i, _)| i.measure == Measure::Score);
-        let known: Vec<&str> = scores().map(|(i, _)| i.method.as_str()).collect();
-        if let Some(method) = methods.iter().find(|m| !known.contains(&m.as_str())) {
-            let (method, known) = (method.clone(), known.join(", "));
-            return Err(StudyError::NoInput { dir: dir.to_owned(), method, known });
-        }
-        self.inputs.retain(|(i, _)| i.measure == Measure::Objective || methods.contains(&i.method));
         Ok(())
     }
 
@@ -272,8 +210,9 @@ impl Recorded {
         (dir, than): (&str, &str),
     ) -> Result<(), StudyError> {
         let differ = |what: String| {
-            let (dir, than) = (dir.to_owned(), than.to_owned());
-            Err(StudyError::OtherFamily { dir, than, what })
+            refused(format!(
+                "{dir} has another family than {than}: {what}; give results of the same scenario"
+            ))
         };
         let (own, all) = (self.family.points.len(), others.len());
         if own != all {
