@@ -5,7 +5,7 @@ use std::path::Path;
 
 use tsc_family::files::FileError;
 use tsc_family::traffic::network::demand::DemandSpec;
-use tsc_family::traffic::network::net_file::NetFile;
+use tsc_family::traffic::sim::net_file::NetFile;
 use tsc_family::traffic::sim::scan::{Scanned, scan};
 use tsc_family::traffic::sim::sumocfg::SumoConfig;
 use tsc_family::traffic::sim::tripinfo;

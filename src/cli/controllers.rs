@@ -13,7 +13,6 @@ use crate::domains;
 use crate::run::domain::Domain;
 use crate::run::executor::Launcher;
 use crate::run::model::SavedModel;
-use crate::run::plan::{Draft, Request};
 use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::Manifest;
@@ -105,20 +104,6 @@ impl ControllersArgs {
             Ok((name.to_owned(), SignalModel::new(saved, domains::traffic().methods())?))
         };
         self.models.iter().map(read).collect()
-    }
-
-    /// Refuses scores of point MDPs that the family has not, and returns what to warn of: those of the sample that lack
-    /// theirs, and rows that are not used.
-    pub(super) fn check_sample(
-        &self,
-        request: &Request<'_>,
-        draft: &Draft,
-    ) -> anyhow::Result<Vec<String>> {
-        let (family, chosen) = (request.problem.family(), draft.chosen());
-        let of =
-            |name: String| request.domain.lacking(&name, family, &chosen, request.evaluation_seeds);
-        let all: Result<Vec<Vec<String>>, String> = self.names().map(of).collect();
-        Ok(all.map_err(Refused)?.into_iter().flatten().collect())
     }
 
     /// Returns how workers are started that have these methods too.

@@ -95,10 +95,6 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         check_name(method, &draft.methods)?;
     }
     check(args, &request, &draft)?;
-    let lacking = args.controllers.check_sample(&request, &draft)?;
-    if !args.quiet {
-        lacking.iter().for_each(|what| note(format!("warning: {what}")));
-    }
     looks::grow(args, &methods, request.domain.baseline(), &mut draft)?;
     subject.check(args, &draft)?;
     let processors = available_parallelism().map_or(1, |j| j.get());

@@ -12,10 +12,10 @@ use tsc_family::traffic::family::load::load_with;
 use tsc_family::traffic::network::build::{BuildOptions, build_all};
 use tsc_family::traffic::network::demand::DemandSpec;
 use tsc_family::traffic::network::intersection::{Arm, IntersectionSpec};
-use tsc_family::traffic::network::net_file::NetFile;
 use tsc_family::traffic::network_files::NetworkFiles;
 use tsc_family::traffic::settings::Scenario;
 use tsc_family::traffic::sim::libsumo::SumoSim;
+use tsc_family::traffic::sim::net_file::NetFile;
 
 /// Controllers that need no long training.
 const METHODS: [&str; 4] = ["baseline", "fixed-time", "actuated", "max-pressure"];

@@ -14,11 +14,11 @@ use tsc_family::traffic::network::demand::DemandSpec;
 use tsc_family::traffic::network::error::NetworkError;
 use tsc_family::traffic::network::index::Built;
 use tsc_family::traffic::network::intersection::{Arm, IntersectionSpec, intersections};
-use tsc_family::traffic::network::net_file::NetFile;
-use tsc_family::traffic::network::phases::ProgramPhase;
 use tsc_family::traffic::network::plain::DEFAULT_PROGRAM;
 use tsc_family::traffic::network::validate::validate;
 use tsc_family::traffic::settings::{DemandSettings, NetworkSettings, Scenario, SignalSettings};
+use tsc_family::traffic::sim::net_file::NetFile;
+use tsc_family::traffic::sim::net_file::ProgramPhase;
 
 use crate::nightly::is_nightly;
 

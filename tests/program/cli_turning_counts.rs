@@ -297,15 +297,6 @@ fn an_existing_plan_is_simulated_and_compared_with() {
         &["<td>today</td>", "\u{b1}", "2: 40, 4: 30, 6: 40, 8: 30", ">NBL ", "../plans/i0007.html"],
     );
     assert!(lead_somewhere(&folder.path().join("r/report")) > 3);
-    // The page follows the assumptions of its reader.
-    folder.write("r/assumptions.toml", "value_of_time_usd_per_h = 0\n");
-    folder.run("report r");
-    folder.shows(page, &["<td>yours</td>"]);
-    folder.write("r/assumptions.toml", "value_of_time = 5\n");
-    folder.refuses(&[(
-        "report r",
-        "r/assumptions.toml: value_of_time is no assumption; expected one of",
-    )]);
     // A table of approaches takes another plan without being written again; a longer cycle delays more.
     folder
         .write("q.csv", &PLAN.replace(",30,3.5", ",60,3.5").replace("pretimed,70", "pretimed,100"));

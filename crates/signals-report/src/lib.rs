@@ -24,7 +24,6 @@ mod remarks;
 mod sections;
 mod shown;
 mod sketch;
-mod worth;
 
 pub use measures::TrafficMeasures;
 pub use overloaded::Overloaded;

@@ -21,7 +21,6 @@ use super::plans::sheets::rings;
 use super::plans::told::{Told, best, renamed};
 use super::shown::Seen;
 use super::sketch::sketch;
-use super::worth::{FILE, Yearly};
 use basics::files::{FileError, write_atomically};
 use evaluation::analysis::Analysis;
 use evaluation::report::figures::shown as named;
@@ -112,11 +111,12 @@ struct Compared {
     reference: usize,
     best: Option<usize>,
     runner_up: Option<usize>,
-    hours: f64,
+    /// Hours of the year that the period has, where the scenario says it.
+    hours: Option<f64>,
 }
 
 fn compared(seen: Seen<'_>, (point, drawn): &(usize, &DrawnIntersection)) -> Option<Compared> {
-    let Seen { data, shown } = seen;
+    let data = seen.data;
     let identity = &data.manifest.identity;
     let name = today(data).unwrap_or(&identity.baseline);
     let reference = identity.methods.iter().position(|m| m == name)?;
@@ -128,59 +128,33 @@ fn compared(seen: Seen<'_>, (point, drawn): &(usize, &DrawnIntersection)) -> Opt
         reference,
         best: winner.map(|w| w.best),
         runner_up: winner.and_then(|w| w.runner_up),
-        hours: hours
-            .and_then(serde_json::Value::as_f64)
-            .unwrap_or_else(|| shown.worth.hours_per_year()),
+        hours: hours.and_then(serde_json::Value::as_f64),
     })
 }
 
-/// Stops per vehicle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Stops {
-    per_vehicle: f64,
-    /// Sum over the stops of a vehicle of the square of the speed limit where each is, mph squared; absent where a speed is
-    /// not known.
-    mph2: Option<f64>,
-}
-
-/// Returns the stops of a method, over all its trainings as its delay is.
-fn stops(seen: Seen<'_>, point: usize, drawn: &DrawnIntersection, method: usize) -> Option<Stops> {
+/// Returns the stops per vehicle of a method, over all its trainings as its delay is; `None` where they were not recorded.
+fn stops(seen: Seen<'_>, point: usize, method: usize) -> Option<f64> {
+    let of_task = |results: &[MovementResult]| {
+        let (mut vehicles, mut stops) = (0.0, 0.0);
+        for m in results.iter().filter(|m| m.vehicles_veh > 0.0) {
+            vehicles += m.vehicles_veh;
+            stops += m.stops? * m.vehicles_veh;
+        }
+        (vehicles > 0.0).then(|| stops / vehicles)
+    };
     let own = seen.shown.movements.iter().filter(|t| (t.point, t.method) == (point, method));
-    let own = own.map(|task| stops_of(&task.results, drawn)).collect::<Option<Vec<_>>>()?;
-    let per_vehicle = own.iter().map(|s| s.per_vehicle).collect::<Vec<_>>();
-    let mph2 = own.iter().map(|s| s.mph2).collect::<Option<Vec<_>>>();
-    Some(Stops { per_vehicle: mean(&per_vehicle)?, mph2: mph2.and_then(|all| mean(&all)) })
+    mean(&own.map(|task| of_task(&task.results)).collect::<Option<Vec<_>>>()?)
 }
 
-/// Returns the stops of the vehicles of all movements, each on the approach that its vehicles come from; absent where they
-/// were not recorded.
-fn stops_of(results: &[MovementResult], drawn: &DrawnIntersection) -> Option<Stops> {
-    let mph = |edge: &str| drawn.arms.iter().find(|a| a.edge == edge).map(|a| a.speed_mph);
-    let (mut vehicles, mut stops, mut mph2) = (0.0, 0.0, Some(0.0_f64));
-    for m in results.iter().filter(|m| m.vehicles_veh > 0.0) {
-        let own = m.stops? * m.vehicles_veh;
-        vehicles += m.vehicles_veh;
-        stops += own;
-        mph2 = mph2.zip(mph(&m.from)).map(|(sum, mph)| sum + own * mph * mph);
-    }
-    (vehicles > 0.0)
-        .then(|| Stops { per_vehicle: stops / vehicles, mph2: mph2.map(|sum| sum / vehicles) })
-}
-
-/// Returns what a method costs in a year.
-fn yearly(
-    seen: Seen<'_>,
-    c: &Compared,
-    drawn: &DrawnIntersection,
-    method: usize,
-) -> Option<Yearly> {
-    let Seen { data, shown } = seen;
+/// Returns what a method costs in a year: vehicle-hours of delay, and stops where they were recorded. `None` where the scenario
+/// does not say how many hours of the year are like the simulated one.
+fn yearly(seen: Seen<'_>, c: &Compared, method: usize) -> Option<(f64, Option<f64>)> {
+    let Seen { data, .. } = seen;
     let result = data.points[c.point].results[method].as_ref()?;
     let horizon_s = horizon_s(&data.manifest.identity)?;
-    let vehicles = result.metrics.get("vehicles_veh")? * HOUR_S / horizon_s * c.hours;
-    let stops = stops(seen, c.point, drawn, method);
-    let (per_vehicle, mph2) = (stops.map(|s| s.per_vehicle), stops.and_then(|s| s.mph2));
-    Some(shown.worth.yearly(vehicles, result.objective, per_vehicle, mph2))
+    let vehicles = result.metrics.get("vehicles_veh")? * HOUR_S / horizon_s * c.hours?;
+    let stops = stops(seen, c.point, method).map(|stops| stops * vehicles);
+    Some((vehicles * result.objective / HOUR_S, stops))
 }
 
 /// Returns the mean of values and half the width of its interval; no width for a single one.
@@ -226,7 +200,7 @@ fn number(value: Option<f64>) -> String {
 }
 
 /// Returns the row of a method in the comparison.
-fn row(seen: Seen<'_>, c: &Compared, drawn: &DrawnIntersection, method: usize) -> Option<Value> {
+fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
     let Seen { data, .. } = seen;
     let identity = &data.manifest.identity;
     let result = data.points[c.point].results[method].as_ref()?;
@@ -243,7 +217,7 @@ fn row(seen: Seen<'_>, c: &Compared, drawn: &DrawnIntersection, method: usize) -
         (false, true) => "best",
         _ => "runner-up",
     };
-    let year = yearly(seen, c, drawn, method);
+    let year = yearly(seen, c, method);
     Some(context! {
         role,
         method => named(data, &identity.methods[method]),
@@ -251,12 +225,9 @@ fn row(seen: Seen<'_>, c: &Compared, drawn: &DrawnIntersection, method: usize) -
         level => letter(result.objective).to_string(),
         change => change(data, c, method).map(|change| with_width(change, true)),
         probability,
-        stops => stops(seen, c.point, drawn, method).map(|s| format!("{:.2}", s.per_vehicle)),
-        hours => number(year.map(|y| y.vehicle_hours)),
-        yearly_stops => number(year.and_then(|y| y.stops)),
-        litres => number(year.and_then(|y| y.litres)),
-        co2 => number(year.and_then(|y| y.co2_kg)),
-        usd => number(year.map(|y| y.usd)),
+        stops => stops(seen, c.point, method).map(|stops| format!("{stops:.2}")),
+        hours => number(year.map(|y| y.0)),
+        yearly_stops => number(year.and_then(|y| y.1)),
     })
 }
 
@@ -340,11 +311,11 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
     };
     let said = all.first().and_then(|(c, _)| Some(phases_of_arms(seen, c, drawn, proposed(c)?)));
     let said = said.unwrap_or_else(|| vec![String::new(); drawn.arms.len()]);
-    let mut saved: Option<Yearly> = None;
+    let mut saved: Option<(f64, Option<f64>)> = None;
     let mut is_whole = true;
     let periods: Vec<Value> = all
         .iter()
-        .map(|(c, drawn)| {
+        .map(|(c, _)| {
             let mut methods = vec![c.reference];
             for method in [c.best, c.runner_up].into_iter().flatten() {
                 if !methods.contains(&method) {
@@ -352,12 +323,14 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
                 }
             }
             let rows: Vec<Value> =
-                methods.iter().filter_map(|method| row(seen, c, drawn, *method)).collect();
-            let ends = c.best.and_then(|best| yearly(seen, c, drawn, best));
-            match yearly(seen, c, drawn, c.reference).zip(ends) {
+                methods.iter().filter_map(|method| row(seen, c, *method)).collect();
+            let ends = c.best.and_then(|best| yearly(seen, c, best));
+            match yearly(seen, c, c.reference).zip(ends) {
                 Some((before, after)) => {
-                    let own = before.less(after);
-                    saved = Some(saved.map_or(own, |others| others.plus(own)));
+                    let (hours, stops) = saved.unwrap_or((0.0, Some(0.0)));
+                    let own = before.1.zip(after.1).map(|(before, after)| before - after);
+                    let stops = stops.zip(own).map(|(sum, own)| sum + own);
+                    saved = Some((hours + before.0 - after.0, stops));
                 }
                 None => is_whole = false,
             }
@@ -369,7 +342,7 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
             }
             context! {
                 name => c.period.as_str(),
-                hours => seconds(c.hours),
+                hours => c.hours.map(seconds),
                 rows,
                 movements => movements::point(seen, c.point, None),
                 plans => shown_plans.into_iter().map(|told| plan(seen, told)).collect::<Vec<_>>(),
@@ -399,15 +372,10 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
         may_be_chance => !open.is_empty(),
         open => open.join(", "),
         saved => saved.filter(|_| is_whole).map(|saved| context! {
-            hours => number(Some(saved.vehicle_hours)),
-            stops => number(saved.stops),
-            litres => number(saved.litres),
-            co2 => number(saved.co2_kg),
-            usd => number(Some(saved.usd)),
+            hours => number(Some(saved.0)),
+            stops => number(saved.1),
         }),
         yellow => unrounded_yellow(data, drawn),
-        assumptions => shown.worth.values(),
-        file => FILE,
         seeds => format::count(identity.evaluation_seeds.len(), "evaluation seed"),
         has_sheet => plans.iter().any(|told| told.point == first),
         simulator => identity.simulator.as_str(),
@@ -417,63 +385,7 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use signals::places::DrawnArm;
-
     use super::*;
-    use crate::worth::Worth;
-
-    fn arm(edge: &str, speed_mph: f64) -> DrawnArm {
-        DrawnArm {
-            name: edge.to_owned(),
-            edge: edge.to_owned(),
-            bearing_deg: 0.0,
-            lanes: vec!["s".to_owned()],
-            lanes_out: 1,
-            speed_mph,
-            left_storage_m: None,
-            right_storage_m: None,
-        }
-    }
-
-    fn movement(from: &str, vehicles_veh: f64, stops: f64) -> MovementResult {
-        MovementResult {
-            from: from.to_owned(),
-            to: "out".to_owned(),
-            movement: String::new(),
-            signal: String::new(),
-            links: Vec::new(),
-            vehicles_veh,
-            unfinished_veh: 0.0,
-            delay_s: Some(0.0),
-            stops: Some(stops),
-            queue_50_veh: 0.0,
-            queue_95_veh: 0.0,
-            storage_m: None,
-            supply: None,
-        }
-    }
-
-    #[test]
-    fn the_fuel_of_a_stop_is_that_of_the_speed_on_its_own_approach() {
-        let drawn = DrawnIntersection {
-            point: "p".to_owned(),
-            intersection: "7".to_owned(),
-            period: String::new(),
-            is_left_hand: false,
-            arms: vec![arm("in0", 50.0), arm("in1", 25.0), arm("in2", 25.0)],
-        };
-        // 50 stops at 50 mph and 300 at 25 mph.
-        let results = [movement("in0", 100.0, 0.5), movement("in1", 300.0, 1.0)];
-        let stops = stops_of(&results, &drawn).unwrap();
-        assert_eq!(stops, Stops { per_vehicle: 350.0 / 400.0, mph2: Some(312_500.0 / 400.0) });
-        let year = Worth::default().yearly(400.0, 0.0, Some(stops.per_vehicle), stops.mph2);
-        // TRANSYT-7F: 0.0000061411 gal times mph squared per stop. The assumption has three digits.
-        let by_hand_l = 0.000_006_141_1 * (50.0 * 2500.0 + 300.0 * 625.0) * 3.785_411_784;
-        let litres = year.litres.unwrap();
-        assert!((litres / by_hand_l - 1.0).abs() < 0.002, "{litres} {by_hand_l}");
-        let elsewhere = [movement("in0", 100.0, 0.5), movement("in9", 1.0, 1.0)];
-        assert_eq!(stops_of(&elsewhere, &drawn).unwrap().mph2, None);
-    }
 
     #[test]
     fn an_interval_is_student_s_and_a_single_seed_has_none() {

@@ -6,7 +6,6 @@ use std::collections::{BTreeMap, HashMap};
 use super::corridors::{TaskStreets, streets as corridors};
 use super::movements::{TaskMovements, movements};
 use super::plans::{TaskPlan, plans};
-use super::worth::Worth;
 use evaluation::analysis::Analysis;
 use evaluation::report::titles::{differ, with_id};
 use evaluation::store::Layout;
@@ -32,8 +31,6 @@ pub(super) struct Shown {
     pub(super) plans: Vec<TaskPlan>,
     /// Results by movement of every finished task that has them, in the order of the plan.
     pub(super) movements: Vec<TaskMovements>,
-    /// What delay and stops are worth.
-    pub(super) worth: Worth,
     /// Results by street of every finished task that has them, in the order of the plan.
     pub(super) streets: Vec<TaskStreets>,
 }
@@ -66,7 +63,7 @@ impl Shown {
     ///
     /// # Errors
     ///
-    /// [`StoreError`] when its file of places is damaged, or that of assumptions has something else.
+    /// [`StoreError`] when its file of places is damaged.
     pub(super) fn read(layout: &Layout, results: &Results) -> Result<Self, StoreError> {
         let places = Places::read(layout)?;
         let of_points = || Places::of_points(&results.manifest.identity.points);
@@ -85,7 +82,6 @@ impl Shown {
             stood_for,
             plans: plans(results),
             movements: movements(results),
-            worth: Worth::read(layout.root())?,
             streets: corridors(results),
         })
     }

@@ -1,6 +1,6 @@
 //! Traffic signals as a domain of evaluation.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
@@ -25,11 +25,10 @@ use super::settings::failure::failure;
 use super::sim::Sim;
 #[cfg(feature = "libsumo")]
 use super::sim::libsumo::SumoSim;
-use super::sim::lights::signals_in;
+use super::sim::net_file::signals_in;
 use super::trial::{DELAY, SignalTrial, VEHICLES, of_files, of_network, of_sim};
 use basics::files::FileError;
 use basics::hash::{sha256, sha256_file};
-use evaluation::family::MdpFamily;
 use evaluation::run::RunError;
 use evaluation::run::domain::{Domain, EffortOf, Objective, Site, Spoilt, Trial};
 use evaluation::run::fault::TrialError;
@@ -192,16 +191,6 @@ impl Domain for Traffic {
 
     fn own(&self, method: &str) -> Result<Option<OwnMethod>, FileError> {
         self.own_of(method).map_or(Ok(None), Own::described)
-    }
-
-    fn lacking(
-        &self,
-        method: &str,
-        family: &MdpFamily,
-        chosen: &BTreeSet<&str>,
-        episodes: u32,
-    ) -> Result<Vec<String>, String> {
-        self.own_of(method).map_or(Ok(Vec::new()), |own| own.lacking(family, chosen, episodes))
     }
 
     fn trial(

@@ -15,6 +15,7 @@ pub mod error;
 pub mod existing;
 pub mod family;
 pub mod input_files;
+pub mod junction;
 pub mod method_arguments;
 pub mod model;
 pub mod movement_results;

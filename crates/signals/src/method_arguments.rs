@@ -58,14 +58,6 @@ pub enum OwnError {
         /// Why.
         reason: String,
     },
-    /// A table of scores that cannot be used.
-    #[error("{}: {reason}", .path.display())]
-    Scores {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong, with the line.
-        reason: String,
-    },
     /// A model that cannot be used.
     #[error(transparent)]
     Model(#[from] RunError),
@@ -170,8 +162,7 @@ pub fn add_external(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> 
     let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
     check_name(&traffic, &name).map_err(wrong)?;
     let path = std::path::absolute(source).map_err(FileError::at("find", source.as_ref()))?;
-    let scores = Scores::read(&path);
-    let scores = scores.map_err(|reason| OwnError::Scores { path: path.clone(), reason })?;
+    let scores = Scores::read(&path).map_err(wrong)?;
     let file = label(source);
     let about = OwnMethod::new(&name, OwnKind::External, file.clone());
     let method = Method::new(name.leak(), OwnKind::External.in_words(), Training::None);

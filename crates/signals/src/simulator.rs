@@ -7,7 +7,7 @@ use super::env::derive::DerivedSignal;
 use super::env::warnings::{Warning, of_signals, warnings};
 use super::settings::SignalSettings;
 use super::sim::intake::Intake;
-pub use super::sim::lights::signals_in;
+pub use super::sim::net_file::signals_in;
 use super::sim::obstacle::Obstacle;
 use super::sim::topology::Topology;
 use super::sim::{Scene, SimError};

@@ -8,9 +8,9 @@ use osm_signals::angle::turn_degrees;
 
 use super::city::surroundings::{Named, read_names, read_streets};
 use super::family::load::LoadedScenario;
+use super::junction::incoming_edge;
 use super::network::intersection::{IntersectionSpec, intersections};
 use super::network::lanes::layout;
-use super::network::movements::incoming_edge;
 use super::places::{DrawnArm, DrawnIntersection, FILE, MappedIntersection, Places, StreetsOfRank};
 use super::settings::Detail;
 use basics::files::write_atomically;

@@ -83,28 +83,6 @@ pub trait Domain: Sync {
         Ok(None)
     }
 
-    /// Returns what is to be warned of somebody's own method before anything runs: what it lacks for a sample, and what it
-    /// has that the run does not use; nothing of a method that is played.
-    ///
-    /// # Arguments
-    ///
-    /// * `chosen` — ids of point MDPs of the family.
-    /// * `episodes` — evaluation episodes of a task.
-    ///
-    /// # Errors
-    ///
-    /// What it has that is of no such family, in words.
-    fn lacking(
-        &self,
-        method: &str,
-        family: &MdpFamily,
-        chosen: &BTreeSet<&str>,
-        episodes: u32,
-    ) -> Result<Vec<String>, String> {
-        let _ = (method, family, chosen, episodes);
-        Ok(Vec::new())
-    }
-
     /// Returns a method on a point MDP, untrained.
     ///
     /// # Arguments

@@ -2,9 +2,10 @@
 
 use osm_signals::{DrivingSide, Intersection, Turns};
 
+use crate::junction::Conflicts;
 use crate::network::intersection::{Arm, IntersectionSpec};
 use crate::network::lanes::layout;
-use crate::network::phases::{Conflicts, phases};
+use crate::network::phases::phases;
 use basics::units::mph_to_mps;
 
 /// Returns whether all streams of an intersection can have green at the same time.

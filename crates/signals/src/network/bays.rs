@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use super::intersection::{Arm, IntersectionSpec};
 use super::lanes::turn_only_lanes;
-use super::movements::incoming_edge;
 use crate::family::approaches::LEAST_PIECE_M;
+use crate::junction::incoming_edge;
 
 /// A piece of an incoming street.
 #[derive(Debug, Clone, PartialEq)]

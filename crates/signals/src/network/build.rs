@@ -21,13 +21,13 @@ use super::demand::DemandSpec;
 use super::index::{BUILT_FILE, Built};
 use super::intersection::IntersectionSpec;
 use super::link::link;
-use super::net_file::NetFile;
 use super::netconvert::Netconvert;
 use super::retime::buttons;
 use super::validate::validate;
 use crate::network::error::NetworkError;
 use crate::network_files::{BY_HASH, FILE_ENDINGS, NetworkFiles, TEMPORARY, file_name};
 use crate::settings::{Actions, DemandSettings, NetworkSettings, SignalSettings};
+use crate::sim::net_file::NetFile;
 use basics::files::{FileError, make_folder_beneath, write_atomically};
 use basics::hash::sha256;
 

@@ -25,10 +25,11 @@ use serde::{Deserialize, Serialize};
 use super::bays::{Storage, pieces};
 use super::error::NetworkError;
 use super::intersection::IntersectionSpec;
-use super::movements::{ArmMovement, exits, incoming_edge, movements};
+use super::movements::{exits, movements};
 use super::peak::{peaked_s, quartered_s};
 use super::plain::SIGNAL;
 use crate::family::approaches::{Arrivals, Counted};
+use crate::junction::{Movement, incoming_edge};
 use crate::settings::{DemandSettings, SUMO_SIGMA, is_sumo_sigma, is_zero};
 use basics::files::FileError;
 use basics::seed;
@@ -357,7 +358,7 @@ impl Stream {
 fn every_turn_exists(
     spec: &IntersectionSpec,
     arm: usize,
-    own: &[ArmMovement],
+    own: &[Movement],
     counted: &Counted,
 ) -> Result<(), NetworkError> {
     for turn in [Turn::Left, Turn::Through, Turn::Right] {
@@ -384,7 +385,7 @@ fn every_turn_exists(
 
 /// Returns the vehicles per hour that were counted to the destination of each movement of an arm; `None` where nobody
 /// counted them by exit.
-fn by_exit(spec: &IntersectionSpec, arm: usize, own: &[ArmMovement]) -> Option<Vec<f64>> {
+fn by_exit(spec: &IntersectionSpec, arm: usize, own: &[Movement]) -> Option<Vec<f64>> {
     let exits = exits(&spec.arms, arm);
     let mut vph = spec.arms[arm].counted?.exits_vph?.to_vec();
     vph.truncate(exits.len());
@@ -392,7 +393,7 @@ fn by_exit(spec: &IntersectionSpec, arm: usize, own: &[ArmMovement]) -> Option<V
     if !spec.side.is_right() {
         vph.reverse();
     }
-    let to = |m: &ArmMovement| {
+    let to = |m: &Movement| {
         let exit = exits.iter().position(|exit| exit.to == m.to);
         exit.and_then(|exit| vph.get(exit)).copied().unwrap_or_default()
     };
@@ -402,11 +403,11 @@ fn by_exit(spec: &IntersectionSpec, arm: usize, own: &[ArmMovement]) -> Option<V
 /// Returns the destinations of movements by the weights of their turns. Several of one turn divide its weight as
 /// vehicles were counted by exit, else equally.
 fn routes(
-    movements: &[ArmMovement],
+    movements: &[Movement],
     by_exit: Option<&[f64]>,
     weight_of: impl Fn(Turn) -> f64,
 ) -> Vec<RouteShare> {
-    let weight = |(i, m): (usize, &ArmMovement)| {
+    let weight = |(i, m): (usize, &Movement)| {
         let same = || (0..movements.len()).filter(|o| movements[*o].turn == m.turn);
         let sum: f64 = by_exit.map_or(0.0, |vph| same().map(|o| vph[o]).sum());
         match by_exit {

@@ -20,14 +20,15 @@ use std::ops::Range;
 use osm_signals::Turn;
 
 use super::intersection::{Arm, IntersectionSpec};
-use super::movements::{ArmMovement, movements};
+use super::movements::movements;
+use crate::junction::Movement;
 use crate::network::error::NetworkError;
 
 /// A lane of an incoming edge that leads to a lane of an outgoing edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Connection {
     /// The movement that it belongs to.
-    pub movement: ArmMovement,
+    pub movement: Movement,
     /// Lane of the incoming edge, counted from the right.
     pub from_lane: u32,
     /// Lane of the outgoing edge, counted from the right.
@@ -38,7 +39,7 @@ pub struct Connection {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LaneLayout {
     /// All movements, by arm and from left to right.
-    pub movements: Vec<ArmMovement>,
+    pub movements: Vec<Movement>,
     /// All connections, by movement.
     pub connections: Vec<Connection>,
     /// Per arm the lanes that lead away; 0 where there is no exit.
@@ -140,7 +141,7 @@ pub fn turn_only_lanes(spec: &IntersectionSpec, arm: usize) -> [u32; 2] {
     [left_only, right_only]
 }
 
-fn lane_use_of(arm: &Arm, index: usize, movements: &[ArmMovement]) -> LaneUse {
+fn lane_use_of(arm: &Arm, index: usize, movements: &[Movement]) -> LaneUse {
     let has = |turn| movements.iter().any(|m| m.from == index && m.turn == turn);
     lane_use(arm, has(Turn::Left), has(Turn::Through), has(Turn::Right))
 }

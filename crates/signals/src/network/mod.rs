@@ -16,7 +16,6 @@ pub mod lanes;
 pub mod left_turns;
 mod link;
 pub mod movements;
-pub mod net_file;
 pub mod netconvert;
 pub mod one_green;
 mod peak;

@@ -13,64 +13,8 @@ use osm_signals::turn::{self, Turn};
 
 use super::intersection::{Arm, IntersectionSpec};
 use crate::family::approaches::ARMS;
+use crate::junction::Movement;
 use crate::network::error::NetworkError;
-
-/// A way across the intersection; arms are indices into [`IntersectionSpec::arms`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ArmMovement {
-    /// Arm that it comes from.
-    pub from: usize,
-    /// Arm that it leads to.
-    pub to: usize,
-    /// Its category.
-    pub turn: Turn,
-}
-
-impl ArmMovement {
-    /// Returns the id of the edge that it comes from.
-    pub fn from_edge(&self) -> String {
-        incoming_edge(self.from)
-    }
-
-    /// Returns the id of the edge that it leads to.
-    pub fn to_edge(&self) -> String {
-        outgoing_edge(self.to)
-    }
-
-    /// Returns whether two movements must not both be unconditionally green.
-    pub fn conflicts_with(&self, other: &Self) -> bool {
-        if self.from == other.from {
-            return false;
-        }
-        if self.to == other.to {
-            return true;
-        }
-        let (low, high) = sorted(self.chord());
-        let inside = |point: usize| low < point && point < high;
-        let (a, b) = other.chord();
-        inside(a) != inside(b)
-    }
-
-    /// Returns where it enters and leaves the circle; clockwise, every arm has its entry before
-    /// its exit, because traffic keeps to the right.
-    fn chord(&self) -> (usize, usize) {
-        (2 * self.from, 2 * self.to + 1)
-    }
-}
-
-/// Returns the id of the edge that leads from an arm to the signal.
-pub fn incoming_edge(arm: usize) -> String {
-    format!("in{arm}")
-}
-
-/// Returns the id of the edge that leads from the signal to an arm.
-pub fn outgoing_edge(arm: usize) -> String {
-    format!("out{arm}")
-}
-
-fn sorted((a, b): (usize, usize)) -> (usize, usize) {
-    (a.min(b), a.max(b))
-}
 
 /// Returns all movements, by arm and within an arm from the leftmost to the rightmost.
 ///
@@ -78,7 +22,7 @@ fn sorted((a, b): (usize, usize)) -> (usize, usize) {
 ///
 /// [`NetworkError::Intersection`] if the arms are too few, too many or not sorted by bearing, or
 /// if an incoming arm has no exit.
-pub fn movements(spec: &IntersectionSpec) -> Result<Vec<ArmMovement>, NetworkError> {
+pub fn movements(spec: &IntersectionSpec) -> Result<Vec<Movement>, NetworkError> {
     let fail =
         |reason: String| Err(NetworkError::Intersection { point: spec.point.clone(), reason });
     let arms = &spec.arms;
@@ -110,17 +54,17 @@ pub fn movements(spec: &IntersectionSpec) -> Result<Vec<ArmMovement>, NetworkErr
 }
 
 /// Returns the arm whose through movement leads here, if ours leads there.
-pub fn opposite(all: &[ArmMovement], arm: usize) -> Option<usize> {
-    let is_ahead = |m: &&ArmMovement, from: usize| m.from == from && m.turn == Turn::Through;
+pub fn opposite(all: &[Movement], arm: usize) -> Option<usize> {
+    let is_ahead = |m: &&Movement, from: usize| m.from == from && m.turn == Turn::Through;
     let ahead = |from: usize| all.iter().find(|m| is_ahead(m, from)).map(|m| m.to);
     ahead(arm).filter(|&other| ahead(other) == Some(arm))
 }
 
 /// Returns the movements that geometry allows from one arm, leftmost first.
-pub(super) fn exits(arms: &[Arm], from: usize) -> Vec<ArmMovement> {
+pub(super) fn exits(arms: &[Arm], from: usize) -> Vec<Movement> {
     let others = arms.iter().enumerate().filter(|(to, arm)| *to != from && arm.lanes_out > 0);
     let exits = turn::exits(arms[from].bearing_deg, others.map(|(to, arm)| (to, arm.bearing_deg)));
-    exits.into_iter().map(|(to, turn)| ArmMovement { from, to, turn }).collect()
+    exits.into_iter().map(|(to, turn)| Movement { from, to, turn }).collect()
 }
 
 /// Intersections for the tests of this folder.
@@ -171,7 +115,7 @@ mod tests {
 
     /// Turns of one arm as letters with the arms that they lead to.
     fn turns(spec: &IntersectionSpec, from: usize) -> String {
-        let letter = |m: &ArmMovement| match m.turn {
+        let letter = |m: &Movement| match m.turn {
             Turn::Left => 'l',
             Turn::Through => 's',
             Turn::Right => 'r',
@@ -180,7 +124,7 @@ mod tests {
         all.iter().filter(|m| m.from == from).map(|m| format!("{}{}", letter(m), m.to)).collect()
     }
 
-    fn movement(from: usize, to: usize) -> ArmMovement {
+    fn movement(from: usize, to: usize) -> Movement {
         *movements(&cross()).unwrap().iter().find(|m| (m.from, m.to) == (from, to)).unwrap()
     }
 

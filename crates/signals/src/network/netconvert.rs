@@ -21,17 +21,15 @@ use super::demand::DemandSpec;
 use super::intersection::IntersectionSpec;
 use super::lanes::{Connection, LaneLayout, layout};
 use super::left_turns::treatments;
-use super::movements::ArmMovement;
-use super::net_file::NetFile;
-use super::phases::{
-    Conflicts, Lights, PHASES_PROGRAM, ProgramPhase, Relation, on_red, phases, program, stages,
-};
+use super::phases::{Lights, PHASES_PROGRAM, on_red, phases, program, stages};
 use super::plain::{self, DEFAULT_PROGRAM};
 use super::retime::{retime, timing};
 use super::subprocess::{Ended, finish};
 use super::tool::find;
+use crate::junction::{Conflicts, Movement};
 use crate::network::error::NetworkError;
 use crate::settings::{DemandSettings, NetworkSettings, SignalSettings};
+use crate::sim::net_file::{NetFile, ProgramPhase};
 use crate::vocabulary::Light;
 use basics::files::FileError;
 
@@ -213,7 +211,7 @@ impl Netconvert {
 /// Completes the conflicts that geometry implies by those that netconvert sees within the junction,
 /// and by who yields there; returns whether left turns overlap that should not.
 fn refine(conflicts: &mut Conflicts, layout: &LaneLayout, net: &NetFile) -> bool {
-    let links = |m: &ArmMovement| {
+    let links = |m: &Movement| {
         let (from, to) = (m.from_edge(), m.to_edge());
         net.links.iter().filter(move |l| l.from == from && l.to == to)
     };
@@ -227,7 +225,7 @@ fn refine(conflicts: &mut Conflicts, layout: &LaneLayout, net: &NetFile) -> bool
             }
             overlap |= !a.conflicts_with(b) && a.turn == Turn::Left && b.turn == Turn::Left;
             let yields = meeting.all(|(l, k)| net.yields(l, k));
-            conflicts.set(i, j, if yields { Relation::Yields } else { Relation::Blocks });
+            conflicts.set(i, j, yields);
         }
     }
     overlap

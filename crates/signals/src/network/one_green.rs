@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::net_file::NetFile;
 use super::plain::DEFAULT_PROGRAM;
 use crate::network_files::NetworkFiles;
+use crate::sim::net_file::NetFile;
 use basics::files::{self, FileError, limits};
 
 /// Returns the point MDPs with one green, by id, with the reason in words.

@@ -26,8 +26,10 @@ use osm_signals::angle::normalise_degrees;
 use super::intersection::IntersectionSpec;
 use super::lanes::{LaneLayout, turns_left_from_its_own_lanes};
 use super::left_turns::Treatment;
-use super::movements::{ArmMovement, opposite};
+use super::movements::opposite;
+use crate::junction::{Conflicts, Movement};
 use crate::settings::NetworkSettings;
+use crate::sim::net_file::ProgramPhase;
 use crate::vocabulary::{self, Light};
 
 /// Program id of these phases in a network.
@@ -41,58 +43,6 @@ const WEST_DEG: f64 = 270.0;
 
 /// One green phase: a light per movement, in the order of [`LaneLayout::movements`].
 pub type Lights = Vec<Light>;
-
-/// How two movements stand to each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Relation {
-    /// Their paths never meet.
-    Free,
-    /// Their paths meet, and the first can yield when it is green permissively.
-    Yields,
-    /// Their paths meet, and the first does not know how to yield.
-    Blocks,
-}
-
-/// The relation of every movement to every other, by index.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Conflicts(Vec<Vec<Relation>>);
-
-impl Conflicts {
-    /// Returns the conflicts that the order of the arms implies; whoever is permissive yields.
-    pub fn of(movements: &[ArmMovement]) -> Self {
-        let relation = |a: &ArmMovement, b: &ArmMovement| match a.conflicts_with(b) {
-            true => Relation::Yields,
-            false => Relation::Free,
-        };
-        let row = |a| movements.iter().map(|b| relation(a, b)).collect();
-        Self(movements.iter().map(row).collect())
-    }
-
-    /// Corrects the relation of one movement to another.
-    pub fn set(&mut self, movement: usize, to: usize, relation: Relation) {
-        self.0[movement][to] = relation;
-    }
-
-    /// Returns the most that a movement may get beside those that have green.
-    fn best_light(&self, lights: &[Light], movement: usize) -> Light {
-        let best = |(light, relation): (&Light, &Relation)| match relation {
-            _ if *light == Light::Red => Light::Protected,
-            Relation::Free => Light::Protected,
-            Relation::Yields => Light::Permissive,
-            Relation::Blocks => Light::Red,
-        };
-        lights.iter().zip(&self.0[movement]).map(best).min().unwrap_or(Light::Protected)
-    }
-}
-
-/// A phase of a SUMO program.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ProgramPhase {
-    /// Duration, seconds.
-    pub duration_s: f64,
-    /// SUMO's state, one letter per link.
-    pub state: String,
-}
 
 /// Returns the green phases of an intersection; every movement is green in one of them.
 ///
@@ -139,7 +89,7 @@ pub fn phases(
 }
 
 /// Adds the approaches alone of which a movement has no green.
-fn serve_all(phases: &mut Vec<Lights>, all: &[ArmMovement], conflicts: &Conflicts) {
+fn serve_all(phases: &mut Vec<Lights>, all: &[Movement], conflicts: &Conflicts) {
     for i in 0..all.len() {
         if phases.iter().all(|p| p[i] == Light::Red) {
             phases.push(alone(all, conflicts, all[i].from));
@@ -207,12 +157,12 @@ pub fn stages(
 }
 
 /// Returns the indices of one approach's movements of one category.
-fn of(all: &[ArmMovement], from: usize, turn: Turn) -> impl Iterator<Item = usize> {
+fn of(all: &[Movement], from: usize, turn: Turn) -> impl Iterator<Item = usize> {
     all.iter().enumerate().filter(move |(_, m)| m.from == from && m.turn == turn).map(|(i, _)| i)
 }
 
 fn through_phase(
-    all: &[ArmMovement],
+    all: &[Movement],
     conflicts: &Conflicts,
     pair: [usize; 2],
     lefts: Option<&[Treatment]>,
@@ -246,13 +196,13 @@ fn left_phase(layout: &LaneLayout, conflicts: &Conflicts, pair: [usize; 2]) -> O
     Some(with_free_rights(all, conflicts, lights))
 }
 
-fn alone(all: &[ArmMovement], conflicts: &Conflicts, arm: usize) -> Lights {
-    let light = |m: &ArmMovement| if m.from == arm { Light::Protected } else { Light::Red };
+fn alone(all: &[Movement], conflicts: &Conflicts, arm: usize) -> Lights {
+    let light = |m: &Movement| if m.from == arm { Light::Protected } else { Light::Red };
     with_free_rights(all, conflicts, all.iter().map(light).collect())
 }
 
 /// Adds the right turns that conflict with no green movement.
-fn with_free_rights(all: &[ArmMovement], conflicts: &Conflicts, mut lights: Lights) -> Lights {
+fn with_free_rights(all: &[Movement], conflicts: &Conflicts, mut lights: Lights) -> Lights {
     for i in 0..all.len() {
         let waits = all[i].turn == Turn::Right && lights[i] == Light::Red;
         if waits && conflicts.best_light(&lights, i) == Light::Protected {
@@ -353,7 +303,7 @@ mod tests {
 
     /// What is wrong with greens, in words: movements of right of way that meet, and left turns that are signalled
     /// otherwise than they should be.
-    fn wrong(all: &[ArmMovement], greens: &[Lights], lefts: &[Treatment]) -> Vec<String> {
+    fn wrong(all: &[Movement], greens: &[Lights], lefts: &[Treatment]) -> Vec<String> {
         let mut wrong = Vec::new();
         for lights in greens {
             for (i, a) in all.iter().enumerate() {
@@ -475,8 +425,8 @@ mod tests {
         let s = with_left_lanes();
         let layout = layout(&s).unwrap();
         let mut conflicts = Conflicts::of(&layout.movements);
-        conflicts.set(0, 6, Relation::Yields);
-        conflicts.set(6, 0, Relation::Yields);
+        conflicts.set(0, 6, true);
+        conflicts.set(6, 0, true);
         assert_eq!(phases(&s, &layout, &conflicts, None).len(), 7);
     }
 
@@ -485,7 +435,7 @@ mod tests {
         let s = cross();
         let layout = layout(&s).unwrap();
         let mut conflicts = Conflicts::of(&layout.movements);
-        conflicts.set(0, 7, Relation::Blocks);
+        conflicts.set(0, 7, false);
         let phases = phases(&s, &layout, &conflicts, None);
         let lights: Vec<_> = phases.iter().map(|p| p[0]).collect();
         assert_eq!(lights, [Light::Red, Light::Red, Light::Protected]);

@@ -18,8 +18,8 @@ use std::fmt::Write;
 use super::bays::{Piece, pieces, ways};
 use super::intersection::{Arm, IntersectionSpec};
 use super::lanes::LaneLayout;
-use super::movements::outgoing_edge;
-use super::phases::ProgramPhase;
+use crate::junction::outgoing_edge;
+use crate::sim::net_file::ProgramPhase;
 use crate::vocabulary::DEFAULT_LANE_WIDTH_M;
 
 /// Id of the signal and of its node.

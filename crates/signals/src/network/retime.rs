@@ -7,10 +7,10 @@
 
 use super::intersection::{Arm, IntersectionSpec};
 use super::lanes::LaneLayout;
-use super::phases::ProgramPhase;
 use super::plain::LANE_WIDTH_M;
 use crate::control::webster::fill;
 use crate::settings::{NetworkSettings, SignalSettings};
+use crate::sim::net_file::ProgramPhase;
 use crate::timing::{Approach, Timing, Way, has_unopposed};
 
 /// Returns the limits of an intersection's signal.

@@ -7,11 +7,11 @@
 use super::bays::pieces;
 use super::intersection::IntersectionSpec;
 use super::lanes::{LaneLayout, layout};
-use super::movements::{incoming_edge, outgoing_edge};
-use super::net_file::{NetFile, NetLink};
-use super::phases::{PHASES_PROGRAM, ProgramPhase};
+use super::phases::PHASES_PROGRAM;
 use super::plain::{DEFAULT_PROGRAM, SIGNAL};
+use crate::junction::{Conflicts, incoming_edge, outgoing_edge};
 use crate::network::error::NetworkError;
+use crate::sim::net_file::{NetFile, NetLink, ProgramPhase};
 
 /// How far a length or speed may be off: netconvert writes two decimals.
 const ROUNDING: f64 = 0.0101;
@@ -147,7 +147,8 @@ fn check_phase(net: &NetFile, phase: &ProgramPhase) -> Result<(), String> {
     if phase.state.len() != net.links.len() {
         return Err(format!("{} letters for {} links", phase.state.len(), net.links.len()));
     }
-    if let Some(link) = net.links.iter().find(|l| !net.requests.contains_key(&l.request)) {
+    let rows = net.conflicts.get(SIGNAL).map_or(0, Conflicts::len);
+    if let Some(link) = net.links.iter().find(|l| l.link >= rows) {
         return Err(format!("{} has no row in the right-of-way matrix", name(link)));
     }
     for (a, b) in pairs(net) {

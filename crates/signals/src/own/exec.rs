@@ -2,20 +2,24 @@
 //! object per line ([`super::protocol`]). Its standard error goes to the log, and the end of it into the reason when it
 //! fails.
 //!
-//! One process does a whole task: it is started with the first episode, and told of every episode's begin.
+//! One process does a whole task: it is started with the first episode, and told of every episode's begin. Each of its pipes has
+//! a thread of its own, so that neither a process that does not answer nor one that does not read can hold up a task.
 
 use std::collections::VecDeque;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::thread::{Builder, JoinHandle, sleep};
 use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
 
-use super::pipes::{MOST_LINE, Pipes, Silence};
 use super::protocol::{Decision, Question, Ready, Seen, Signal, VERSION};
 use crate::control::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec};
+
+/// Longest line that is read, bytes.
+const MOST_LINE: usize = 1 << 20;
 
 /// Most characters of an answer that are quoted.
 const QUOTED: usize = 200;
@@ -24,7 +28,7 @@ const QUOTED: usize = 200;
 const LAST_LINES: usize = 30;
 
 /// What is said of a command from which nothing ever came.
-const UNHEARD: &str = " (it has written nothing: does it flush its output after every line, and read its input line by line?)";
+const UNHEARD: &str = " (no line ever came: does it flush its output after every line, and read its input line by line?)";
 
 /// Time that a command has to end when it was told to, and that its last words have to arrive.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -50,9 +54,12 @@ pub struct Exec {
 #[derive(Debug)]
 struct Running {
     child: Child,
-    pipes: Pipes,
+    questions: Sender<Vec<u8>>,
+    /// Lines without their ends; `None` for one that is too long.
+    answers: Receiver<Option<Vec<u8>>>,
+    was_heard: bool,
     last_words: Arc<Mutex<VecDeque<String>>>,
-    listener: Option<JoinHandle<()>>,
+    listener: JoinHandle<()>,
 }
 
 impl Exec {
@@ -85,38 +92,43 @@ impl Exec {
         let limit = self.answer;
         let running = self.running.as_mut().expect("it was started");
         // An answer that is left over would be taken for that to the next question, and so on to the end.
-        let unasked = running.pipes.unasked();
-        if let Ok(more) = &unasked
-            && !more.is_empty()
-        {
-            let text = quoted(more);
+        if let Ok(unasked) = running.answers.try_recv() {
+            let text = quoted(&unasked.unwrap_or_default());
             return Err(self.failed(format!(
                 "it said {text:?} without being asked; it answers with one line, and anything else goes to standard error"
             )));
         }
-        let answer = unasked.and_then(|_| running.pipes.ask(line_of(question), limit));
-        let text = match answer {
-            Ok(text) => text,
-            Err(Silence::Unreadable(e)) => {
-                return Err(self.failed(format!("its answer to {what} cannot be read: {e}")));
+        // One that reads no more may still have answered; if not, that is what is told.
+        let _ = running.questions.send(line_of(question));
+        match running.answers.recv_timeout(limit) {
+            Ok(Some(text)) => {
+                running.was_heard = true;
+                serde_json::from_slice(&text).map_err(|e| {
+                    let text = quoted(&text);
+                    let reason =
+                        format!("it answered {what} with {text:?}, which is not {form} ({e})");
+                    self.failed(reason)
+                })
             }
+            Ok(None) => Err(self.failed(format!(
+                "its answer to {what} cannot be read: its line has more than {MOST_LINE} bytes"
+            ))),
             // What it has started may hold its standard output open when it has ended.
-            Err(Silence::Late) if !running.is_over() => {
+            Err(RecvTimeoutError::Timeout) if !running.is_over() => {
                 let limit = limit.as_secs_f64();
-                let hint = if running.pipes.was_heard() { "" } else { UNHEARD };
-                return Err(self.failed(format!(
+                let hint = if running.was_heard { "" } else { UNHEARD };
+                Err(self.failed(format!(
                     "it did not answer {what} within {limit} s{hint}; --answer-timeout allows more time"
-                )));
+                )))
             }
-            Err(Silence::Late | Silence::Closed) => {
-                let how = running.ended();
-                return Err(self.failed(format!("it {how} instead of answering {what}")));
+            Err(_) => {
+                let how = match running.wait() {
+                    Some(status) => format!("ended ({status})"),
+                    None => "closed its standard output".to_owned(),
+                };
+                Err(self.failed(format!("it {how} instead of answering {what}")))
             }
-        };
-        serde_json::from_slice(&text).map_err(|e| {
-            let text = quoted(&text);
-            self.failed(format!("it answered {what} with {text:?}, which is not {form} ({e})"))
-        })
+        }
     }
 }
 
@@ -189,17 +201,39 @@ impl Running {
         command.args(&words[1..]);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn()?;
-        let questions = child.stdin.take().expect("the standard input is piped");
-        let answers = child.stdout.take().expect("the standard output is piped");
-        let stderr = child.stderr.take().expect("the standard error is piped");
+        let pipes = (child.stdin.take(), child.stdout.take(), child.stderr.take());
+        let (Some(mut stdin), Some(stdout), Some(stderr)) = pipes else { unreachable!("piped") };
+        let (questions, asked) = mpsc::channel::<Vec<u8>>();
+        // One that talks without end is not listened to without end.
+        let (answer, answers) = mpsc::sync_channel(1);
         let last_words = Arc::new(Mutex::new(VecDeque::new()));
         let kept = Arc::clone(&last_words);
-        let listener = move || listen(stderr, &kept);
-        let started = Pipes::new(questions, answers)
-            .and_then(|pipes| Ok((pipes, thread::Builder::new().spawn(listener)?)));
-        match started {
-            Ok((pipes, listener)) => {
-                Ok(Self { child, pipes, last_words, listener: Some(listener) })
+        let say = move || drop(asked.iter().try_for_each(|line| stdin.write_all(&line)));
+        let hear = move || {
+            for_each_line(stdout, |line| match line.strip_suffix(b"\n") {
+                Some(line) => answer.send(Some(line.to_vec())).is_ok(),
+                // Too long, or the end of what was said.
+                None => {
+                    let _ = (line.len() == MOST_LINE).then(|| answer.send(None));
+                    false
+                }
+            });
+        };
+        let listen = move || {
+            for_each_line(stderr, |line| {
+                // A log that cannot be written is noticed elsewhere.
+                let _ = io::stderr().write_all(line);
+                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                kept.push_back(String::from_utf8_lossy(line).trim_end().to_owned());
+                let more = kept.len().saturating_sub(LAST_LINES);
+                kept.drain(..more);
+                true
+            });
+        };
+        let spawned = Builder::new().spawn(say).and_then(|_| Builder::new().spawn(hear));
+        match spawned.and_then(|_| Builder::new().spawn(listen)) {
+            Ok(listener) => {
+                Ok(Self { child, questions, answers, was_heard: false, last_words, listener })
             }
             Err(e) => {
                 // It may have ended by itself meanwhile.
@@ -215,20 +249,12 @@ impl Running {
         self.child.try_wait().is_ok_and(|status| status.is_some())
     }
 
-    /// Returns how it has ended, in words.
-    fn ended(&mut self) -> String {
-        match self.wait() {
-            Some(status) => format!("ended ({status})"),
-            None => "closed its standard output".to_owned(),
-        }
-    }
-
     fn wait(&mut self) -> Option<ExitStatus> {
         let begin = Instant::now();
         while begin.elapsed() < PATIENCE {
             match self.child.try_wait() {
                 Ok(Some(status)) => return Some(status),
-                Ok(None) => thread::sleep(NAP),
+                Ok(None) => sleep(NAP),
                 Err(_) => return None,
             }
         }
@@ -237,7 +263,9 @@ impl Running {
 
     /// Ends it, and returns its last words on standard error.
     fn end(mut self) -> Vec<String> {
-        self.pipes.part(line_of(&Question::End {}));
+        // With the sender its standard input closes.
+        let _ = std::mem::replace(&mut self.questions, mpsc::channel().0)
+            .send(line_of(&Question::End {}));
         if self.wait().is_none() {
             // It may have ended by itself meanwhile.
             let _ = self.child.kill();
@@ -245,10 +273,8 @@ impl Running {
         }
         // Processes that it has started may hold its standard error open: they are not waited for.
         let begin = Instant::now();
-        if let Some(listener) = self.listener.take() {
-            while !listener.is_finished() && begin.elapsed() < PATIENCE {
-                thread::sleep(NAP);
-            }
+        while !self.listener.is_finished() && begin.elapsed() < PATIENCE {
+            sleep(NAP);
         }
         let words = self.last_words.lock().unwrap_or_else(PoisonError::into_inner);
         words.iter().cloned().collect()
@@ -262,22 +288,15 @@ fn line_of(question: &Question) -> Vec<u8> {
     line
 }
 
-/// Copies lines to the log and keeps the last ones.
-fn listen(stderr: impl Read, kept: &Mutex<VecDeque<String>>) {
-    let mut reader = BufReader::new(stderr);
+/// Hands over every line with its end, in pieces where it is too long, to the end or until nobody wants more.
+fn for_each_line(from: impl Read, mut wants_more: impl FnMut(&[u8]) -> bool) {
+    let mut reader = BufReader::with_capacity(1 << 16, from);
     loop {
         let mut line = Vec::new();
-        match reader.by_ref().take(MOST_LINE as u64).read_until(b'\n', &mut line) {
-            Ok(0) | Err(_) => return,
-            Ok(_) => {}
+        let read = reader.by_ref().take(MOST_LINE as u64).read_until(b'\n', &mut line);
+        if !matches!(read, Ok(1..)) || !wants_more(&line) {
+            return;
         }
-        // A log that cannot be written is noticed elsewhere.
-        let _ = io::stderr().write_all(&line);
-        let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.len() == LAST_LINES {
-            kept.pop_front();
-        }
-        kept.push_back(String::from_utf8_lossy(&line).trim_end().to_owned());
     }
 }
 
@@ -322,7 +341,7 @@ mod tests {
             ),
             (
                 "sleep 5".to_owned(),
-                "it did not answer begin within 0.4 s (it has written nothing: does it flush its output",
+                "it did not answer begin within 0.4 s (no line ever came: does it flush its output",
             ),
             (act("sleep 5"), "it did not answer act within 0.4 s; --answer-timeout"),
             (
@@ -340,7 +359,7 @@ mod tests {
             (act("head -c 2000000 /dev/zero"), "its line has more than 1048576 bytes"),
         ];
         // Most of them are waited for.
-        thread::scope(|scope| {
+        std::thread::scope(|scope| {
             for (script, expected) in &cases {
                 scope.spawn(move || {
                     let e = play(&mut exec(script)).unwrap_err();

@@ -4,12 +4,11 @@
 pub mod exec;
 pub mod external;
 pub mod host;
-mod pipes;
 pub mod protocol;
 
 pub use host::{Host, Hosted};
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -17,11 +16,7 @@ use super::control::senses::Senses;
 use super::control::{Controller, Setup};
 use basics::files::FileError;
 use basics::hash::sha256_file;
-use evaluation::family::MdpFamily;
 use evaluation::store::own::{OwnKind, OwnMethod};
-
-/// Point MDPs that a sentence names.
-const MOST_NAMED: usize = 5;
 
 /// Makes a controller.
 pub type Create = Box<dyn Fn(&Setup) -> Box<dyn Controller> + Send + Sync>;
@@ -94,38 +89,6 @@ impl Own {
         let hash = |(name, path): (&String, &PathBuf)| Ok((name.clone(), sha256_file(path)?));
         let sha256 = self.files.iter().map(hash).collect::<Result<_, FileError>>()?;
         Ok(Some(OwnMethod { sha256, ..self.about.clone() }))
-    }
-
-    /// Returns what it lacks for a sample, in words: rows of a table of scores.
-    ///
-    /// # Arguments
-    ///
-    /// * `episodes` — evaluation episodes of a task.
-    ///
-    /// # Errors
-    ///
-    /// What a table of scores has that is not of the family.
-    pub fn lacking(
-        &self,
-        family: &MdpFamily,
-        chosen: &BTreeSet<&str>,
-        episodes: u32,
-    ) -> Result<Vec<String>, String> {
-        let Play::External(scores) = &self.play else { return Ok(Vec::new()) };
-        let OwnMethod { name, source, .. } = &self.about;
-        let lacking = scores.lacking(family, chosen, episodes);
-        let lacking = lacking.map_err(|reason| format!("{source}: {reason}"))?;
-        if lacking.is_empty() {
-            return Ok(Vec::new());
-        }
-        let (of, some) = (lacking.len(), &lacking[..lacking.len().min(MOST_NAMED)]);
-        let more = of - some.len();
-        let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
-        let tasks = if of == 1 { "the task there" } else { "the tasks there" };
-        let points = format!("{}{rest}", some.join(", "));
-        Ok(vec![format!(
-            "{name} ({source}) has no rows, or too few, of {points}; {tasks} will fail"
-        )])
     }
 
     /// Returns the files that a task reads. The program itself is none of them: what runs stays what it was when it was

@@ -12,8 +12,7 @@ pub mod error;
 pub mod intake;
 #[cfg(feature = "libsumo")]
 pub mod libsumo;
-pub mod lights;
-pub mod mutual;
+pub mod net_file;
 pub mod obstacle;
 pub mod options;
 pub mod scan;
