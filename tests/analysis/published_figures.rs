@@ -27,7 +27,7 @@ enum Of {
     Untrained,
 }
 
-const TABLES: [Table; 20] = [
+const TABLES: [Table; 19] = [
     ("docs/results.md", "| `resco` | ", 3, "resco", Of::All),
     ("docs/results.md", "| `resco` | ", 3, "nema-resco", Of::All),
     ("docs/results.md", "| `field` | ", 3, "field-0.2.0", Of::All),
@@ -39,7 +39,6 @@ const TABLES: [Table; 20] = [
     ("docs/results.md", "| ", 3, "resco", Of::All),
     ("docs/results.md", "| ", 3, "nema-resco", Of::All),
     ("docs/results.md", "| ", 3, "learners-validated", Of::All),
-    ("docs/results.md", "| `field` | ", 2, "learners-validated-field-20", Of::Learners),
     ("results/salt-lake-city/analyses.md", "| ", 3, "learners-validated-field-20", Of::All),
     ("README.md", "| ", 3, "resco", Of::All),
     ("README.md", "| ", 3, "nema-resco", Of::All),
