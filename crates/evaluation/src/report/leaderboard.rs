@@ -1,5 +1,7 @@
 //! The leaderboard as a page in Markdown, and as lines of JSON.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Value, json};
 
 use super::format;
@@ -11,21 +13,15 @@ use crate::stats::Direction;
 const ABOVE: &str = "\
 # Leaderboard
 
-This page shows how all published methods rank on each family, and how sure that is. `tsc-family compare --leaderboard` made it from the records;
-do not edit it.
+This page ranks all published methods on each family. `tsc-family compare --leaderboard` made it from the records; do not edit it.
 
-- **Score**: the estimate over all point MDPs of the family, with its 95% interval. A run on a sample has the estimate and the interval
-  of its sample. A run with *looks*, which could have stopped early, has wider intervals.
-- **Place**: the first and the last place that the intervals allow. A method is ahead of another one by more than chance only where
-  their intervals do not meet. A wide range means that the run is too small to say. `tsc-family compare` decides more pairs, because it compares two
-  methods on the same vehicles. A method that lacks results on point MDPs of its run has no place, because what it lacks may be hard.
-- **One table** has runs of one scenario and preset with the same point MDPs and seeds, and with the same records of the baseline. A
-  method has a row per run, unless a run with more point MDPs and as many trainings has the same records. Where versions
-  differ, the heading names the simulator, and the version of the program that computed the baseline. The rules of preset `field` changed
-  with version 0.2.0. So compare methods within one table only.
-- **Training**: trainings per point MDP, and episodes or steps of each. *Chosen*: validation chose the policies that count. *Last*: they are
-  those after the last episode. Compare *chosen* only with *chosen*.
-- **Date**: the day on which the run began. The link leads to its folder.
+- **Place**: the first and the last place that the 95% intervals allow; a method that lacks results has none. `tsc-family compare` decides
+  more pairs, because it compares two methods on the same vehicles.
+- **One table** has runs with the same records of the baseline. Compare methods within one table only.
+- **Point MDPs**: those of the sample. A run with *looks*, which could have stopped early, has wider intervals.
+- **Training**: trainings per point MDP, and episodes or steps of each. *Chosen*: validation chose the policies that count; *last*: they are
+  those after the last episode.
+- **Run**: the day on which it began, and the version of the program.
 ";
 
 /// Returns the page.
@@ -38,8 +34,8 @@ pub fn markdown(tables: &[Table], link: &dyn Fn(&str) -> String) -> String {
     for table in tables {
         page.push_str(&format!("\n## {}\n\n{}\n\n", title(table), about(table)));
         page.push_str(
-            "| place | method | score (95% interval) | point MDPs | seeds | training | simulator, version | date, run |\n\
-             | --- | --- | ---: | --- | ---: | --- | --- | --- |\n",
+            "| place | method | score (95% interval) | point MDPs | training | run |\n\
+             | --- | --- | ---: | --- | --- | --- |\n",
         );
         for row in &table.rows {
             page.push_str(&line(row, link));
@@ -78,12 +74,19 @@ fn about(table: &Table) -> String {
         Direction::Lower => "less is better",
         Direction::Higher => "more is better",
     };
-    match table.baseline.as_str() {
-        "" => format!("The score is `{}`; {better}.", table.objective),
-        baseline => {
-            format!("The score is `{}` divided by that of `{baseline}`; {better}.", table.objective)
-        }
-    }
+    let seeds: BTreeSet<_> = table.rows.iter().map(|row| row.seeds.to_string()).collect();
+    let simulators: BTreeSet<_> = table.rows.iter().map(|row| row.simulator.clone()).collect();
+    let listed = |names: BTreeSet<String>| Vec::from_iter(names).join(" or ");
+    let baseline = match table.baseline.as_str() {
+        "" => String::new(),
+        baseline => format!(" divided by that of `{baseline}`"),
+    };
+    format!(
+        "The score is `{}`{baseline}; {better}. Evaluation seeds: {}. Simulator: {}.",
+        table.objective,
+        listed(seeds),
+        listed(simulators)
+    )
 }
 
 fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
@@ -93,7 +96,7 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
         Some((first, last)) => format!("{first} to {last}"),
     };
     let points = match (row.points, row.sampling) {
-        ((all, of), _) if all == of => format!("all {of}"),
+        ((all, of), _) if all == of => "all".to_owned(),
         ((some, of), Sampling::All) => format!("{some} of {of}"),
         ((some, of), sampling) => format!("{some} of {of}, {}", sampling.name()),
     };
@@ -124,12 +127,10 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
     let interval = row.interval.filter(|(low, high)| low < high);
     let interval = interval.map(|ends| format!(" ({})", format::interval(ends)));
     format!(
-        "| {place} | {method} | {score}{} | {points}{looks}{left_out} | {} | {trained} | {}, {} | [{}]({}) |\n",
+        "| {place} | {method} | {score}{} | {points}{looks}{left_out} | {trained} | [{}, {}]({}) |\n",
         interval.unwrap_or_default(),
-        row.seeds,
-        row.simulator,
-        row.version,
         row.date,
+        row.version,
         link(&row.path),
     )
 }
