@@ -19,9 +19,10 @@ pub fn table(data: &Across) -> Table {
         .column("mean_rank", "mean rank", move |m| {
             Cell::number(mean_rank(*m), |v| format!("{v:.2}"))
         });
-    for rank in 0..data.methods.len() {
-        let (name, heading) = (format!("rank_{}", rank + 1), format!("rank {}", rank + 1));
-        columns = columns.column(name, heading, move |m| Cell::number(shares[*m][rank], percent));
+    for rank in 1..=data.methods.len() {
+        let (name, heading) = (format!("rank_{rank}"), format!("rank {rank}"));
+        columns =
+            columns.column(name, heading, move |m| Cell::number(shares[*m][rank - 1], percent));
     }
     columns
         .file("scale", move |_| Cell::text(scale))

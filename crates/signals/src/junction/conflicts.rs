@@ -40,7 +40,7 @@ impl Conflicts {
     }
 
     /// Returns how many ways there are.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.meet.len()
     }
 

@@ -147,7 +147,7 @@ fn check_phase(net: &NetFile, phase: &ProgramPhase) -> Result<(), String> {
     if phase.state.len() != net.links.len() {
         return Err(format!("{} letters for {} links", phase.state.len(), net.links.len()));
     }
-    let rows = net.conflicts.get(SIGNAL).map_or(0, Conflicts::len);
+    let rows = net.conflicts.get(SIGNAL).map_or(0, Conflicts::count);
     if let Some(link) = net.links.iter().find(|l| l.link >= rows) {
         return Err(format!("{} has no row in the right-of-way matrix", name(link)));
     }
