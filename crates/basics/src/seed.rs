@@ -38,11 +38,6 @@ pub fn evaluation_of(number: u64) -> Option<u64> {
     (number <= SUMO_SEED_MAX).then_some(number | EVALUATION_BIT)
 }
 
-/// Returns whether a seed is one of evaluation.
-pub fn is_evaluation(seed: u64) -> bool {
-    seed & EVALUATION_BIT != 0
-}
-
 /// Returns the seed that an evaluation episode has on a point MDP, which vehicles and simulator get:
 /// the same for every method there, another on every other point MDP, so that their noise is
 /// independent and averages out over the family. An evaluation seed stays one.

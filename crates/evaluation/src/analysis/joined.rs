@@ -32,7 +32,7 @@ const SAME: f64 = 1e-9;
 const OF_FAMILY: [&str; 4] = ["family", "name", "title", "version"];
 
 /// Section of settings that only methods that learn read.
-const OF_LEARNERS: &str = "training";
+pub(super) const OF_LEARNERS: &str = "training";
 
 /// A run that is compared.
 #[derive(Debug, Clone)]
@@ -573,7 +573,7 @@ fn differences(sources: &[Source], known: Known<'_>) -> Vec<String> {
 
 /// Whether more than one of the runs has a method that reads a setting.
 fn is_read(sources: &[Source], known: Known<'_>, key: &str) -> bool {
-    let method = section(key).replace('_', "-");
+    let method = method_of(key);
     let readers = |reads: &dyn Fn(&Source) -> bool| sources.iter().filter(|s| reads(s)).count() > 1;
     if section(key) == OF_LEARNERS {
         return readers(&|s| !learned(&s.results).is_empty());
@@ -581,8 +581,17 @@ fn is_read(sources: &[Source], known: Known<'_>, key: &str) -> bool {
     if known.methods.contains(&method.as_str()) {
         return readers(&|s| s.identity().methods.contains(&method));
     }
-    // A section that one of them lacks is of a method that its build did not have.
-    sources.iter().all(|s| s.identity().settings.get(section(key)).is_some())
+    have_section(sources, key)
+}
+
+/// Whether all of these runs have the section of a setting: one that a run lacks is of a method that its build did not have.
+pub(super) fn have_section<'a>(sources: impl IntoIterator<Item = &'a Source>, key: &str) -> bool {
+    sources.into_iter().all(|s| s.identity().settings.get(section(key)).is_some())
+}
+
+/// Returns the method whose section a setting is in, where it is a method's.
+pub(super) fn method_of(key: &str) -> String {
+    section(key).replace('_', "-")
 }
 
 /// Returns the section of a setting.

@@ -12,7 +12,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 
-use super::joined::{Known, Source, agree, check_together, evaluations, section};
+use super::joined::{
+    Known, OF_LEARNERS, Source, agree, check_together, evaluations, have_section, method_of,
+    section,
+};
 use super::whole::Analysis;
 use crate::sample::Sampling;
 use crate::stats::Direction;
@@ -208,12 +211,9 @@ pub fn settings(from: &Source, run: &Source, known: Known<'_>) -> Vec<String> {
     let of = |source: &Source| flat(&source.identity().settings);
     let (there, here) = (of(from), of(run));
     let is_of_all = |key: &str| {
-        let method = section(key).replace('_', "-");
-        // A section that one of them lacks is of a method that its build did not have.
-        let has = |source: &Source| source.identity().settings.get(section(key)).is_some();
-        section(key) != "training"
-            && (has(from) && has(run))
-            && !known.methods.contains(&method.as_str())
+        section(key) != OF_LEARNERS
+            && have_section([from, run], key)
+            && !known.methods.contains(&method_of(key).as_str())
             && !NAMES.contains(&key)
     };
     let said = |value: Option<&Value>| match value {

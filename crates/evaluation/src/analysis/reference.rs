@@ -39,9 +39,8 @@ impl Reference {
     ///
     /// # Errors
     ///
-    /// [`AnalysisError`] for a method that is not in the run, [`AnalysisError`] for
-    /// one without a result on some of the chosen point MDPs: the scores of others would be over
-    /// whatever it finished, which is no comparison.
+    /// [`AnalysisError`] for a method that is not in the run, and for one without a result on some of the chosen point MDPs:
+    /// the scores of others would be over whatever it finished, which is no comparison.
     pub fn against(results: &Results, name: &str) -> Result<Self, AnalysisError> {
         let identity = &results.manifest.identity;
         if name == identity.baseline && !name.is_empty() {
@@ -68,7 +67,7 @@ impl Reference {
 ///
 /// # Errors
 ///
-/// [`AnalysisError`].
+/// [`AnalysisError`] with the names that there are.
 pub fn check_name(name: &str, methods: &[String]) -> Result<(), AnalysisError> {
     match methods.iter().any(|m| m == name) {
         true => Ok(()),

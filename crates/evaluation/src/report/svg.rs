@@ -314,15 +314,6 @@ impl Canvas {
 
     /// Writes a text; `y` is its baseline.
     pub fn text(&mut self, x: f64, y: f64, text: &str, style: TextStyle) {
-        self.turned(x, y, text, style, None);
-    }
-
-    /// Writes a text that is read from below; `x` is its baseline.
-    pub fn text_upwards(&mut self, x: f64, y: f64, text: &str, style: TextStyle) {
-        self.turned(x, y, text, style, Some(-90.0));
-    }
-
-    fn turned(&mut self, x: f64, y: f64, text: &str, style: TextStyle, rotate: Option<f64>) {
         self.scene.add(Primitive::Text {
             x,
             y,
@@ -333,7 +324,7 @@ impl Canvas {
                 Anchor::Middle => TextAnchor::Middle,
                 Anchor::End => TextAnchor::End,
             },
-            rotate,
+            rotate: None,
             bold: style.bold,
             color: Some(Color::from(style.color)),
         });

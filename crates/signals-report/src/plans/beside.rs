@@ -15,7 +15,7 @@ use signals::program::SignalProgram;
 use signals::sim::SimError;
 use signals::sim::copies::copy;
 use signals::sim::intake::Intake;
-use signals::sim::net_file::NetFile;
+use signals::sim::net_file::{Mutual, refused};
 use signals::sim::sources::open;
 
 /// Name of the copy of the network that has the programs.
@@ -133,10 +133,10 @@ impl Beside<'_> {
 }
 
 /// Whether SUMO refuses programs in an additional file.
-pub(super) fn is_refused(net: &NetFile, programs: &[SignalProgram]) -> bool {
+pub(super) fn is_refused(mutual: &Mutual, programs: &[SignalProgram]) -> bool {
     programs.iter().any(|program| {
         let states = program.phases.iter().map(|phase| phase.state.as_str());
-        !program.own && net.refused(&program.signal, states).is_some()
+        !program.own && refused(mutual, &program.signal, states).is_some()
     })
 }
 

@@ -16,7 +16,7 @@ use signals::error::TrafficError;
 use signals::network_files::{GENERATED, NetworkFiles};
 use signals::program::SignalProgram;
 use signals::sim::SimError;
-use signals::sim::net_file::NetFile;
+use signals::sim::net_file::mutual;
 use signals::sim::sumocfg::SumoConfig;
 
 /// Name of the file with the programs.
@@ -76,8 +76,8 @@ impl Episode<'_> {
             replaced.push(("route-files".to_owned(), VEHICLES.to_owned()));
         } else {
             let beside = Beside { own: &own, point, folder, copies: COPIES };
-            let net = NetFile::of_scenario(&SumoConfig::read(&own)?)?;
-            let is_refused = is_refused(&net, programs);
+            let mutual = mutual(&SumoConfig::read(&own)?)?;
+            let is_refused = is_refused(&mutual, programs);
             let handed = beside.write(program.as_deref().filter(|_| is_refused))?;
             replaced.extend(handed.replaced);
             program = program.filter(|_| !handed.is_inside);

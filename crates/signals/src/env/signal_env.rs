@@ -319,11 +319,6 @@ impl<S: Sim> SignalEnv<S> {
         &mut self.sim
     }
 
-    /// Returns the simulator, for another world in the same process.
-    pub fn into_sim(self) -> S {
-        self.sim
-    }
-
     /// Returns what controllers may know of the signals; empty before the first reset.
     pub fn signals(&self) -> &[SignalSpec] {
         &self.specs

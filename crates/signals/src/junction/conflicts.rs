@@ -16,27 +16,11 @@ pub struct Conflicts {
 }
 
 impl Conflicts {
-    /// Returns the conflicts of so many ways.
-    ///
-    /// # Arguments
-    ///
-    /// * `meet` — whether two ways meet; either order counts.
-    /// * `yields` — whether the first way yields to the second.
-    pub fn new(
-        count: usize,
-        meet: &dyn Fn(usize, usize) -> bool,
-        yields: &dyn Fn(usize, usize) -> bool,
-    ) -> Self {
-        Self {
-            meet: matrix(count, &|a, b| meet(a, b) || meet(b, a)),
-            yields: matrix(count, yields),
-        }
-    }
-
     /// Returns the conflicts that the order of the arms implies; whoever is permissive yields.
     pub fn of(movements: &[Movement]) -> Self {
-        let meet = |a: usize, b: usize| movements[a].conflicts_with(&movements[b]);
-        Self::new(movements.len(), &meet, &meet)
+        let meets = |a: usize, b: usize| movements[a].conflicts_with(&movements[b]);
+        let yields = matrix(movements.len(), &meets);
+        Self { meet: matrix(movements.len(), &|a, b| meets(a, b) || meets(b, a)), yields }
     }
 
     /// Returns how many ways there are.

@@ -129,14 +129,11 @@ mod tests {
     }
 
     #[test]
-    fn from_the_north_the_east_is_left_the_south_through_and_the_west_right() {
-        assert_eq!(turns(&cross(), 0), "l1s2r3");
-    }
-
-    #[test]
-    fn the_stem_of_a_t_has_only_left_and_right() {
-        assert_eq!(turns(&tee(), 1), "l2r0");
+    fn turns_go_from_the_leftmost_exit_to_the_rightmost() {
+        assert_eq!(turns(&cross(), 0), "l1s2r3", "from the north the south is through");
+        assert_eq!(turns(&tee(), 1), "l2r0", "a stem has only left and right");
         assert_eq!(turns(&tee(), 2), "s0r1");
+        assert_eq!(turns(&star(6), 2), "l3l4s5r0r1");
     }
 
     #[test]
@@ -148,11 +145,6 @@ mod tests {
     fn of_two_equally_straight_exits_the_right_one_is_through() {
         assert_eq!(turns(&star(5), 0), "l1l2s3r4");
         assert_eq!(turns(&star(5), 4), "l0l1s2r3");
-    }
-
-    #[test]
-    fn six_arms_have_two_lefts_and_two_rights() {
-        assert_eq!(turns(&star(6), 2), "l3l4s5r0r1");
     }
 
     #[test]
@@ -199,33 +191,18 @@ mod tests {
     }
 
     #[test]
-    fn opposite_through_movements_do_not_conflict() {
-        assert!(!movement(0, 2).conflicts_with(&movement(2, 0)));
-    }
-
-    #[test]
-    fn opposite_lefts_do_not_conflict() {
-        assert!(!movement(0, 1).conflicts_with(&movement(2, 3)));
-    }
-
-    #[test]
-    fn a_left_conflicts_with_the_opposite_through() {
-        assert!(movement(0, 1).conflicts_with(&movement(2, 0)));
-    }
-
-    #[test]
-    fn crossing_through_movements_conflict_either_way() {
-        assert!(movement(0, 2).conflicts_with(&movement(1, 3)));
-        assert!(movement(1, 3).conflicts_with(&movement(0, 2)));
-    }
-
-    #[test]
-    fn movements_into_the_same_arm_conflict() {
-        assert!(movement(0, 3).conflicts_with(&movement(1, 3)));
-    }
-
-    #[test]
-    fn a_right_turn_does_not_conflict_with_the_through_that_it_leaves_behind() {
-        assert!(!movement(0, 3).conflicts_with(&movement(2, 0)));
+    fn movements_conflict_that_cross_or_end_in_the_same_arm() {
+        for (a, b, conflict, why) in [
+            ((0, 2), (2, 0), false, "opposite through movements"),
+            ((0, 1), (2, 3), false, "opposite lefts"),
+            ((0, 1), (2, 0), true, "a left and the opposite through"),
+            ((0, 2), (1, 3), true, "crossing through movements"),
+            ((1, 3), (0, 2), true, "the same the other way"),
+            ((0, 3), (1, 3), true, "into the same arm"),
+            ((0, 3), (2, 0), false, "a right turn and the through that it leaves behind"),
+        ] {
+            let a = movement(a.0, a.1);
+            assert_eq!(a.conflicts_with(&movement(b.0, b.1)), conflict, "{why}");
+        }
     }
 }

@@ -24,7 +24,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use libsumo_sys::{SumoVehicle, TRAFFICLIGHT_TYPE_ACTUATED, TRAFFICLIGHT_TYPE_STATIC};
 
 use self::api::Api;
-use super::net_file::NetFile;
+use super::net_file::{Mutual, mutual, refused};
 use super::sumocfg::SumoConfig;
 use super::topology::Topology;
 use super::trace::Tracing;
@@ -81,7 +81,7 @@ pub struct SumoSim {
     dark: Vec<String>,
     switched_off: Vec<String>,
     /// A configuration with the links of its network that yield to each other.
-    net: Option<(PathBuf, NetFile)>,
+    mutual: Option<(PathBuf, Mutual)>,
     vehicles: Vec<SumoVehicle>,
     phases: Vec<i32>,
     /// libsumo may be called from one thread only.
@@ -103,7 +103,7 @@ impl SumoSim {
             railways: Vec::new(),
             dark: Vec::new(),
             switched_off: Vec::new(),
-            net: None,
+            mutual: None,
             vehicles: Vec::new(),
             phases: Vec::new(),
             not_send: PhantomData,
@@ -243,15 +243,15 @@ impl SumoSim {
         let Some(config) = self.traced.as_ref().map(|traced| traced.config.clone()) else {
             return Ok(());
         };
-        let net = match self.net.take().filter(|(of, _)| *of == config) {
-            Some((_, net)) => net,
-            None => NetFile::of_scenario(&SumoConfig::read(&config)?)?,
+        let known = match self.mutual.take().filter(|(of, _)| *of == config) {
+            Some((_, known)) => known,
+            None => mutual(&SumoConfig::read(&config)?)?,
         };
-        let (_, net) = self.net.insert((config, net));
+        let (_, known) = self.mutual.insert((config, known));
         let Some(id) = self.signals.get(signal) else { return Ok(()) };
         let id = id.to_string_lossy().into_owned();
         let states = program.phases.iter().map(|phase| phase.state.as_str());
-        let Some((a, b)) = net.refused(&id, states) else { return Ok(()) };
+        let Some((a, b)) = refused(known, &id, states) else { return Ok(()) };
         let reason = format!(
             "SUMO cannot run its actuated program, which shows the links {a} and {b} green together although each yields to \
              the other; leave this method out, or build the network again with netconvert --sumo-net-file OLD.net.xml \

@@ -14,6 +14,9 @@ use basics::files::FileError;
 /// Letters of a state that let vehicles pass and yield.
 const MINOR: &[u8] = b"gos";
 
+/// Per signal the pairs of links of which each yields to the other.
+pub type Mutual = BTreeMap<String, Vec<(usize, usize)>>;
+
 /// A lane of an edge that is not within a junction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NetLane {
@@ -62,23 +65,9 @@ pub struct NetFile {
     pub programs: Vec<(String, String, Vec<ProgramPhase>)>,
     /// Per signal how its links stand to each other, from the junctions' right-of-way matrices.
     pub conflicts: BTreeMap<String, Conflicts>,
-    /// Per signal the pairs of links of which each yields to the other.
-    mutual: BTreeMap<String, Vec<(usize, usize)>>,
 }
 
 impl NetFile {
-    /// Reads the first network of a configuration, which may be compressed; where it is none, SUMO says what is wrong with it.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when the file cannot be opened.
-    pub fn of_scenario(config: &SumoConfig) -> Result<Self, FileError> {
-        let Some(network) = config.networks().next() else { return Ok(Self::default()) };
-        let mut text = String::new();
-        open(network)?.read_to_string(&mut text).map_err(FileError::at("read", network))?;
-        Ok(Self::parse(&text).unwrap_or_default())
-    }
-
     /// Parses a network.
     ///
     /// # Errors
@@ -89,8 +78,8 @@ impl NetFile {
             return Err("cut off: it ends before `</net>`".to_owned());
         }
         let document = Document::parse(text).map_err(|e| format!("not well-formed: {e}"))?;
-        let all = |name| document.root_element().children().filter(move |n| n.has_tag_name(name));
-        let mut net = Self::default();
+        let all = |name| elements(&document, name);
+        let mut net = Self { conflicts: right_of_way(&document).0, ..Self::default() };
         for edge in all("edge") {
             let id = attribute(edge, "id")?;
             let lanes = edge.children().filter(|node| node.has_tag_name("lane"));
@@ -109,66 +98,25 @@ impl NetFile {
             let phases = phases.collect::<Result<_, String>>()?;
             net.programs.push((id.to_owned(), name.to_owned(), phases));
         }
-        let mut of_lane: HashMap<String, Vec<Node<'_, '_>>> = HashMap::new();
         for connection in all("connection") {
             let (from, to) = (attribute(connection, "from")?, attribute(connection, "to")?);
-            // Ways out of a junction are no links of it.
-            if !from.starts_with(':') || to.starts_with(':') {
-                let lane = format!("{from}_{}", attribute(connection, "fromLane")?);
-                of_lane.entry(lane).or_default().push(connection);
-            }
+            let from_lane = number(connection, "fromLane")?;
             if let Some(signal) = connection.attribute("tl").filter(|_| !from.starts_with(':')) {
                 net.links.push(NetLink {
                     from: from.to_owned(),
                     to: to.to_owned(),
-                    from_lane: number(connection, "fromLane")?,
+                    from_lane,
                     to_lane: number(connection, "toLane")?,
                     signal: signal.to_owned(),
                     link: number(connection, "linkIndex")?,
                 });
             }
         }
-        for junction in all("junction") {
-            net.add_matrix(junction, &of_lane)?;
+        for request in all("junction").flat_map(requests) {
+            attribute(request, "foes")?;
+            attribute(request, "response")?;
         }
         Ok(net)
-    }
-
-    /// Adds a junction's right-of-way matrix, which has a row per link, in the order of incoming lanes and of the file.
-    fn add_matrix(
-        &mut self,
-        junction: Node<'_, '_>,
-        of_lane: &HashMap<String, Vec<Node<'_, '_>>>,
-    ) -> Result<(), String> {
-        let rows = junction.children().filter(|node| node.has_tag_name("request"));
-        // The last letter is of the first link.
-        let bits = |row: Node<'_, '_>, name| {
-            Ok::<Vec<bool>, String>(
-                attribute(row, name)?.bytes().rev().map(|b| b == b'1').collect(),
-            )
-        };
-        let rows = rows.map(|row| Ok([bits(row, "foes")?, bits(row, "response")?]));
-        let rows: Vec<[Vec<bool>; 2]> = rows.collect::<Result<_, String>>()?;
-        let id = junction.attribute("id").unwrap_or_default();
-        let lanes = junction.attribute("incLanes").unwrap_or_default().split_whitespace();
-        let own = lanes.filter_map(|lane| of_lane.get(lane)).flatten();
-        let own = own.filter(|connection| is_counted(connection, id));
-        let signals: Vec<Option<(&str, usize)>> =
-            own.map(|c| c.attribute("tl").zip(number(*c, "linkIndex").ok())).collect();
-        let bit = |a: usize, b: usize, kind: usize| rows[a][kind].get(b).is_some_and(|bit| *bit);
-        let links = || signals.iter().take(rows.len()).enumerate();
-        for (a, own) in links() {
-            let Some((signal, i)) = *own else { continue };
-            let known = self.conflicts.entry(signal.to_owned()).or_default();
-            for (b, other) in links() {
-                let Some((_, j)) = other.filter(|other| other.0 == signal) else { continue };
-                known.add(i, j, bit(a, b, 0), bit(a, b, 1));
-                if a < b && bit(a, b, 1) && bit(b, a, 1) {
-                    self.mutual.entry(signal.to_owned()).or_default().push((i, j));
-                }
-            }
-        }
-        Ok(())
     }
 
     /// Returns whether the paths of two links meet within the junction.
@@ -181,27 +129,6 @@ impl NetFile {
     pub fn yields(&self, link: &NetLink, to: &NetLink) -> bool {
         let known = self.conflicts.get(&link.signal).filter(|_| link.signal == to.signal);
         known.is_some_and(|known| known.yields(link.link, to.link))
-    }
-
-    /// Returns two link indices because of which SUMO refuses a program with these states in an additional file, or while it
-    /// runs: each yields to the other, and both may have a permissive green, so that their vehicles would wait for each other.
-    ///
-    /// Netconvert has two links yield to each other where its program never shows both green. SUMO does not check programs of
-    /// the network file, and an actuated one may then ask for memory without bounds.
-    ///
-    /// Source: SUMO 1.15, `MSTrafficLightLogic::init`, and tried.
-    pub fn refused<'a>(
-        &self,
-        signal: &str,
-        states: impl IntoIterator<Item = &'a str>,
-    ) -> Option<(usize, usize)> {
-        let pairs = self.mutual.get(signal)?;
-        let is_minor = |state: &str, link: usize| {
-            state.as_bytes().get(link).is_some_and(|c| MINOR.contains(c))
-        };
-        states.into_iter().find_map(|state| {
-            pairs.iter().find(|(a, b)| is_minor(state, *a) && is_minor(state, *b)).copied()
-        })
     }
 
     /// Returns whether a program shows one green only, so that there is nothing to decide.
@@ -218,13 +145,114 @@ impl NetFile {
     }
 }
 
-/// Returns the number of signals that have a program in the network of a configuration, and one where it cannot be read.
-/// Those of foot paths count too, level crossings have no program.
+/// Reads the pairs of the first network of a configuration, which may be compressed; what is no XML has none.
+///
+/// # Errors
+///
+/// [`FileError`] when the file cannot be read.
+pub fn mutual(config: &SumoConfig) -> Result<Mutual, FileError> {
+    let Some(network) = config.networks().next() else { return Ok(Mutual::default()) };
+    let text = read(network)?;
+    Ok(Document::parse(&text).map_or_else(|_| Mutual::default(), |net| right_of_way(&net).1))
+}
+
+/// Returns who meets and who yields at signals, from the junctions' right-of-way matrices. What lacks an attribute is left out:
+/// SUMO says what is wrong with it.
+fn right_of_way(document: &Document<'_>) -> (BTreeMap<String, Conflicts>, Mutual) {
+    let (mut conflicts, mut mutual) = (BTreeMap::<String, Conflicts>::new(), Mutual::default());
+    let mut of_lane: HashMap<String, Vec<Node<'_, '_>>> = HashMap::new();
+    for connection in elements(document, "connection") {
+        let [from, to, lane] = ["from", "to", "fromLane"].map(|name| connection.attribute(name));
+        let (Some(from), Some(to), Some(lane)) = (from, to, lane) else { continue };
+        // Ways out of a junction are no links of it.
+        if !from.starts_with(':') || to.starts_with(':') {
+            of_lane.entry(format!("{from}_{lane}")).or_default().push(connection);
+        }
+    }
+    // The last letter is of the first link.
+    let bits = |row: Node<'_, '_>, name| {
+        let letters = row.attribute(name).unwrap_or_default();
+        letters.bytes().rev().map(|b| b == b'1').collect::<Vec<bool>>()
+    };
+    for junction in elements(document, "junction") {
+        let rows: Vec<[Vec<bool>; 2]> =
+            requests(junction).map(|row| [bits(row, "foes"), bits(row, "response")]).collect();
+        let bit = |a: usize, b: usize, kind: usize| rows[a][kind].get(b).is_some_and(|bit| *bit);
+        let id = junction.attribute("id").unwrap_or_default();
+        let lanes = junction.attribute("incLanes").unwrap_or_default().split_whitespace();
+        let own = lanes.filter_map(|lane| of_lane.get(lane)).flatten();
+        // A row per link, in the order of incoming lanes and of the file.
+        let own = own.filter(|connection| is_counted(connection, id)).take(rows.len());
+        let links: Vec<Option<(&str, usize)>> =
+            own.map(|c| c.attribute("tl").zip(number(*c, "linkIndex").ok())).collect();
+        for (a, own) in links.iter().enumerate() {
+            let Some((signal, i)) = *own else { continue };
+            let known = conflicts.entry(signal.to_owned()).or_default();
+            for (b, other) in links.iter().enumerate() {
+                let Some((_, j)) = other.filter(|other| other.0 == signal) else { continue };
+                known.add(i, j, bit(a, b, 0), bit(a, b, 1));
+                if a < b && bit(a, b, 1) && bit(b, a, 1) {
+                    mutual.entry(signal.to_owned()).or_default().push((i, j));
+                }
+            }
+        }
+    }
+    (conflicts, mutual)
+}
+
+/// Returns two link indices because of which SUMO refuses a program with these states in an additional file, or while it runs:
+/// each yields to the other, and both may have a permissive green, so that their vehicles would wait for each other.
+///
+/// Netconvert has two links yield to each other where its program never shows both green. SUMO does not check programs of the
+/// network file, and an actuated one may then ask for memory without bounds.
+///
+/// Source: SUMO 1.15, `MSTrafficLightLogic::init`, and tried.
+pub fn refused<'a>(
+    mutual: &Mutual,
+    signal: &str,
+    states: impl IntoIterator<Item = &'a str>,
+) -> Option<(usize, usize)> {
+    let pairs = mutual.get(signal)?;
+    let is_minor =
+        |state: &str, link: usize| state.as_bytes().get(link).is_some_and(|c| MINOR.contains(c));
+    states.into_iter().find_map(|state| {
+        pairs.iter().find(|(a, b)| is_minor(state, *a) && is_minor(state, *b)).copied()
+    })
+}
+
+/// Returns the number of signals that have a program in the networks of a configuration, at least one, and one where they
+/// cannot be read, which whoever simulates them will say. Those of foot paths count too, level crossings have no program.
 pub fn signals_in(config: &Path) -> u32 {
-    let net = SumoConfig::read(config).ok().and_then(|config| NetFile::of_scenario(&config).ok());
-    let net = net.unwrap_or_default();
-    let ids: BTreeSet<&str> = net.programs.iter().map(|program| program.0.as_str()).collect();
-    ids.len().max(1) as u32
+    let count = || {
+        let mut ids = BTreeSet::new();
+        for network in SumoConfig::read(config).ok()?.networks() {
+            let text = read(network).ok()?;
+            let document = Document::parse(&text).ok()?;
+            let programs = elements(&document, "tlLogic");
+            ids.extend(programs.filter_map(|program| program.attribute("id").map(str::to_owned)));
+        }
+        u32::try_from(ids.len()).ok()
+    };
+    count().unwrap_or(1).max(1)
+}
+
+/// Reads a network, which may be compressed.
+fn read(network: &Path) -> Result<String, FileError> {
+    let mut text = String::new();
+    open(network)?.read_to_string(&mut text).map_err(FileError::at("read", network))?;
+    Ok(text)
+}
+
+fn elements<'a, 'i>(
+    document: &'a Document<'i>,
+    name: &'static str,
+) -> impl Iterator<Item = Node<'a, 'i>> {
+    document.root_element().children().filter(move |node| node.has_tag_name(name))
+}
+
+/// Returns the rows of a junction's matrix.
+fn requests<'a, 'i>(junction: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
+    junction.children().filter(|node| node.has_tag_name("request"))
 }
 
 /// Whether a connection is one of the links that a junction numbers: of those from or to a foot path only crosswalks are.
@@ -244,6 +272,8 @@ fn number<T: std::str::FromStr>(node: Node<'_, '_>, name: &str) -> Result<T, Str
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     /// Two left turns that yield to each other, a through lane, and a walking area whose links are not counted.
@@ -274,11 +304,28 @@ mod tests {
 
     #[test]
     fn links_that_yield_to_each_other_may_not_both_be_permissive() {
-        let net = NetFile::parse(NET).unwrap();
-        assert_eq!(net.refused("t", ["rrrrrrrGrr", "rrrrrrrgrg"]), Some((7, 9)));
-        assert_eq!(net.refused("t", ["rrrrrrrGrg", "rrrrrrrgrr"]), None, "one has right of way");
-        assert_eq!(net.refused("t", ["rrgrrrrgrr"]), None, "only one of them yields");
-        assert_eq!(net.refused("u", ["rrrrrrrgrg"]), None, "another signal");
+        let of = |text: &str, states: &[&str]| {
+            refused(&right_of_way(&Document::parse(text).unwrap()).1, "t", states.iter().copied())
+        };
+        assert_eq!(of(NET, &["rrrrrrrGrr", "rrrrrrrgrg"]), Some((7, 9)));
+        assert_eq!(of(NET, &["rrrrrrrGrg", "rrrrrrrgrr"]), None, "one has right of way");
+        assert_eq!(of(NET, &["rrgrrrrgrr"]), None, "only one of them yields");
+        assert_eq!(of(&NET.replace("\"t\"", "\"u\""), &["rrrrrrrgrg"]), None, "another signal");
+        let one_way = NET.replace("\"001\" foes=\"001\"/>\n", "\"000\" foes=\"001\"/>\n");
+        assert_eq!(of(&one_way, &["rrrrrrrgrg"]), None);
+        let other = NET.replace(" programID=\"0\"", "");
+        assert!(NetFile::parse(&other).is_err() && of(&other, &["rrrrrrrgrg"]).is_some());
+    }
+
+    #[test]
+    fn a_signal_counts_once_however_many_programs_and_networks_there_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("a.sumocfg"), "<c><net-file value='n.xml,m.xml'/></c>").unwrap();
+        assert_eq!(signals_in(&at("a.sumocfg")), 1);
+        fs::write(at("n.xml"), "<net><tlLogic id='a'/><tlLogic id='a'/></net>").unwrap();
+        fs::write(at("m.xml"), "<net><tlLogic id='b'/></net>").unwrap();
+        assert_eq!(signals_in(&at("a.sumocfg")), 2);
     }
 
     #[test]

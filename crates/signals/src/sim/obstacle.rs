@@ -54,13 +54,6 @@ pub struct Given {
     pub accept: BTreeSet<Accept>,
 }
 
-impl Given {
-    /// Whether nothing is said.
-    pub fn is_nothing(&self) -> bool {
-        *self == Self::default()
-    }
-}
-
 /// How to pass an obstacle.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Way {

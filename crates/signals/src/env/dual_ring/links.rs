@@ -7,10 +7,11 @@
 //!   gives it right of way beside them, or SUMO says that their vehicles never meet, as a right turn into a lane of
 //!   its own.
 
-use fixedbitset::FixedBitSet as Set;
 use osm_signals::Turn;
 
 use crate::env::movements::turn_of;
+use crate::junction::Set;
+use crate::junction::conflicts::matrix;
 use crate::sim::topology::edge;
 use crate::sim::{Direction, Scene, SignalInfo};
 
@@ -105,9 +106,6 @@ impl Links {
         let any = |is: &dyn Fn(u8, u8) -> bool, a: usize, b: usize| {
             bytes.iter().any(|state| is(state[a], state[b]))
         };
-        let matrix = |is: &dyn Fn(usize, usize) -> bool| -> Vec<Set> {
-            (0..count).map(|a| (0..count).filter(|b| is(a, *b)).collect()).collect()
-        };
         let is_green = |letter: u8| matches!(letter, b'G' | b'g');
         let yields = |a, b| {
             !same(a, b)
@@ -117,9 +115,11 @@ impl Links {
         };
         let has = |link: &usize, letter: u8| bytes.iter().any(|state| state[*link] == letter);
         Self {
-            together: matrix(&|a, b| same(a, b) || any(&|a, b| is_green(a) && is_green(b), a, b)),
-            free: matrix(&|a, b| same(a, b) || any(&|a, b| (a, b) == (b'G', b'G'), a, b)),
-            yields: matrix(&yields),
+            together: matrix(count, &|a, b| {
+                same(a, b) || any(&|a, b| is_green(a) && is_green(b), a, b)
+            }),
+            free: matrix(count, &|a, b| same(a, b) || any(&|a, b| (a, b) == (b'G', b'G'), a, b)),
+            yields: matrix(count, &yields),
             minor: (0..count).filter(|l| has(l, b'g') && !has(l, b'G')).collect(),
             cars,
             headings,

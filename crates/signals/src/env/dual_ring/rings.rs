@@ -29,11 +29,11 @@
 //! of its own split. Where a left turn would see yellow beside the green of whom it yields to, both begin together, when both
 //! may end.
 
-use fixedbitset::FixedBitSet as Set;
 use osm_signals::Turn;
 
 use super::links::Links;
 use super::plan::{Coordination, Plan};
+use crate::junction::Set;
 use crate::timing::{Timing, WALK_S};
 
 /// What the detectors of every phase say in a second.
