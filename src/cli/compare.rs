@@ -6,7 +6,7 @@ use super::folder::REPORT;
 use super::found::{found, is_run};
 use super::leaderboard;
 use super::output::{line, note};
-use super::report::{print, show};
+use super::report::{MixArgs, print, show};
 use super::target::Target;
 use crate::analysis::joined::{Known, Source, join, obstacle};
 use crate::analysis::leaderboard::settings;
@@ -40,6 +40,9 @@ pub struct CompareArgs {
     /// Rank all runs instead, per family and preset: one page in Markdown
     #[arg(long)]
     pub leaderboard: bool,
+    /// Which methods the mix may take
+    #[command(flatten)]
+    pub mix: MixArgs,
     /// Folder for the page, tables and figures, or file for a leaderboard [default: none is written]
     #[arg(long, value_name = "FOLDER|FILE")]
     pub out: Option<PathBuf>,
@@ -74,7 +77,7 @@ pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
     let joined = join(Source::named(runs), known)?;
     let layout = Layout::new(&joined.sources[joined.sample].path);
     let sections = domains::sections(&layout, &joined.results)?;
-    let data = Report::joined(joined, sections);
+    let data = args.mix.applied(Report::joined(joined, sections))?;
     let runs = data.runs.as_ref().expect("it compares runs");
     if args.json {
         line(runs.json())?;

@@ -13,6 +13,28 @@ use crate::stats::Limit;
 use crate::store::Layout;
 use crate::store::results::Results;
 
+/// Which methods the mix may take.
+#[derive(Debug, clap::Args)]
+pub struct MixArgs {
+    /// Methods from which the mix takes the best per point MDP [default: all that are ranked]
+    #[arg(long, value_name = "METHODS", value_delimiter = ',')]
+    pub mix: Option<Vec<String>>,
+    /// Leave the mix out
+    #[arg(long, conflicts_with = "mix")]
+    pub no_mix: bool,
+}
+
+impl MixArgs {
+    /// Returns the report with the mix that is asked for.
+    pub(super) fn applied(&self, data: Report) -> anyhow::Result<Report> {
+        Ok(match &self.mix {
+            _ if self.no_mix => data.mixing(&[])?,
+            Some(methods) => data.mixing(methods)?,
+            None => data,
+        })
+    }
+}
+
 /// `tsc-family report`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -33,6 +55,9 @@ pub struct ReportArgs {
     /// a mean wait above 20 s]
     #[arg(long, value_name = "LIMIT")]
     pub failure: Option<Limit>,
+    /// Which methods the mix may take
+    #[command(flatten)]
+    pub mix: MixArgs,
     /// Folder to write to; with --against, its folder against-METHOD [default: DIR/report]
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
@@ -55,6 +80,7 @@ pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
         Some(limit) => data.failing(limit.clone())?,
         None => data,
     };
+    let data = args.mix.applied(data)?;
     report::write_models(&layout, (&target.root, &target.folder), &data)?;
     print(&target, &data, args.json, true)?;
     Ok(exit::DONE)

@@ -65,7 +65,7 @@ fn methods(name: &str) -> Vec<Map<String, Value>> {
     let layout = Layout::new(results(name));
     let report = domains::report(&layout, &Results::load(&layout).unwrap()).unwrap();
     let mut rows = report.json_rows();
-    rows.retain(|row| row["method"] != "baseline");
+    rows.retain(|row| row["method"] != "baseline" && row["method"] != "mix");
     rows
 }
 

@@ -13,7 +13,13 @@ use super::method::{MethodSummary, Summarised, paired};
 use super::points::{PointResult, PointSummary};
 use super::summaries::Estimated;
 use crate::stats::improvement::{self, placements};
-use crate::stats::{PointObjectives, degrees};
+use crate::stats::{Direction, PointObjectives, degrees};
+
+/// Point MDPs without which the lead of a method that was trained once has to stand.
+const INFLUENTIAL: usize = 5;
+
+/// Times as many that both must have: of fewer these are a large part.
+const LEAST: usize = 4;
 
 /// Two methods compared.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +36,9 @@ pub struct Pair {
     pub degrees: Option<f64>,
     /// Probability that a run of the first is better than one of the second on the same point MDP.
     pub improvement: Estimated,
+    /// The point MDPs that matter most, as positions in [`super::Analysis::points`], where the lead of a method that was
+    /// trained once vanishes without them; then the lead is not decided.
+    pub fragile: Vec<usize>,
 }
 
 /// What the interval of a difference says.
@@ -50,6 +59,7 @@ impl Pair {
     pub fn decided(&self) -> Decided {
         match self.ahead.interval {
             None => Decided::Unknown,
+            Some(_) if !self.fragile.is_empty() => Decided::Open,
             Some((low, _)) if low > 0.0 => Decided::First,
             Some((_, high)) if high < 0.0 => Decided::Second,
             Some(_) => Decided::Open,
@@ -114,9 +124,15 @@ fn compared(
     };
     let improvement = mean(&wins)?;
     let share = |(low, high): (f64, f64)| (low.max(0.0), high.min(1.0));
+    let leader = if difference.value > 0.0 { a } else { b };
+    let fragile = match evidence.learned_once[leader.index] {
+        true => fragile(&shared, &weights, direction, difference.value),
+        false => Vec::new(),
+    };
     Some(Pair {
         first,
         second,
+        fragile,
         points: shared.len(),
         ahead: Estimated { value: difference.value, interval: difference.interval },
         degrees: difference.degrees,
@@ -125,6 +141,19 @@ fn compared(
             interval: improvement.interval.map(share),
         },
     })
+}
+
+/// Returns the point MDPs that make most of a lead, where it vanishes without them.
+fn fragile(shared: &[OnPoint<'_>], weights: &[f64], direction: Direction, lead: f64) -> Vec<usize> {
+    let part = |((point, x, y), weight): (&OnPoint<'_>, &f64)| {
+        let ahead = direction.ahead(x.score().ok()?, y.score().ok()?);
+        Some((weight * ahead * lead.signum(), point.index))
+    };
+    let mut parts: Vec<(f64, usize)> = shared.iter().zip(weights).filter_map(part).collect();
+    parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let rest: f64 = parts.iter().skip(INFLUENTIAL).map(|part| part.0).sum();
+    let vanishes = parts.len() >= LEAST * INFLUENTIAL && rest <= 0.0;
+    parts.into_iter().take(if vanishes { INFLUENTIAL } else { 0 }).map(|part| part.1).collect()
 }
 
 /// Returns the point MDPs on which both methods have a score over the same seeds.

@@ -9,7 +9,6 @@ use rayon::prelude::*;
 use super::choice::choice;
 use super::evidence::Evidence;
 use super::method::{MethodSummary, Summarised, summarise_method};
-use super::pairs::Pair;
 use super::points::{PointSummary, TaskScore};
 
 /// All methods with results on the point MDPs that every one of them finished.
@@ -19,17 +18,6 @@ pub struct OnCommonPoints {
     pub points: usize,
     /// One summary per method, best first, over these point MDPs only.
     pub methods: Vec<MethodSummary>,
-}
-
-/// The distance between the two best methods on the same point MDPs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Lead {
-    /// The second best method.
-    pub runner_up: String,
-    /// By how much its overall performance is behind the best one's.
-    pub difference: f64,
-    /// Interval of the difference, paired by point MDP and seed.
-    pub interval: (f64, f64),
 }
 
 /// Returns the point MDPs in a method's estimate, as positions.
@@ -82,22 +70,4 @@ pub(super) fn on_common_points(
     let methods = rank(on_shared).into_iter().map(|(m, _)| m);
     let methods = methods.filter(|m| m.overall.is_some()).collect();
     Some(OnCommonPoints { points: points.len(), methods })
-}
-
-/// Compares the two best methods when they were evaluated on the same point MDPs.
-pub(super) fn lead(
-    evidence: Evidence<'_>,
-    estimates: &[Summarised],
-    pairs: &[Pair],
-) -> Option<Lead> {
-    let [(best, Some(_)), (second, Some(_)), ..] = estimates else { return None };
-    let scored = |p: &PointSummary, m: &MethodSummary| {
-        p.results[m.index].as_ref().is_some_and(|r| r.score.is_some())
-    };
-    if evidence.points.iter().any(|p| scored(p, best) != scored(p, second)) {
-        return None;
-    }
-    let ahead = &pairs.iter().find(|pair| (pair.first, pair.second) == (0, 1))?.ahead;
-    let (difference, interval) = (ahead.value, ahead.interval?);
-    Some(Lead { runner_up: second.method.clone(), difference, interval })
 }

@@ -12,7 +12,7 @@ use super::evidence::Evidence;
 use super::measures::{Measures, Regime, Share};
 use super::method::MethodSummary;
 use super::points::{PointResult, PointSummary, TaskScore, summarise_points};
-use super::ranking::{Lead, OnCommonPoints, lead, on_common_points, rank};
+use super::ranking::{OnCommonPoints, on_common_points, rank};
 use super::reference::Reference;
 use super::training::{LearnerSummary, TrainingSummary, learned, learner, trained, trainings};
 use super::winners::{Winner, winners};
@@ -40,8 +40,6 @@ pub struct Analysis {
     pub tasks: Vec<TaskScore>,
     /// The chosen point MDPs, in the order of the family.
     pub points: Vec<PointSummary>,
-    /// By how much the best method is ahead of the second best.
-    pub lead: Option<Lead>,
     /// How sure the ranking is.
     pub comparison: Comparison,
     /// All methods on the point MDPs that all finished; there when some method is not ranked.
@@ -135,7 +133,6 @@ impl Analysis {
             regimes,
             shares: measures.shares(),
             winners: winners(&points, identity, &reference),
-            lead: lead(evidence, &estimates, &comparison.pairs),
             comparison,
             methods: estimates.into_iter().map(|(summary, _)| summary).collect(),
             common,

@@ -3,10 +3,10 @@
 
 use minijinja::{Value, context};
 
-use super::answers::FEW_SEEDS;
 use super::choice::{choices, dash, decided, probability};
 use super::error::ReportError;
 use super::figures::shown;
+use super::first::FEW_SEEDS;
 use super::page::render;
 use super::sections::Spot;
 use super::whole::Report;

@@ -3,20 +3,19 @@
 use minijinja::value::merge_maps;
 use minijinja::{HtmlEscape, Value, context};
 
-use super::answers::answers;
 use super::curves::{FEW_TRAININGS, common_points};
 use super::divisor::baseline_in_full;
 use super::error::ReportError;
 use super::figure::Figure;
 use super::figures::{label, shown};
-use super::headline::{headline, lead};
+use super::first::{answers, headline, lead};
 use super::methods::ranking;
 use super::page::render;
 use super::provenance::{CITATIONS, hashes, provenance, settings};
 use super::sections::{About, Metric, Part, Slot, Table};
 use super::whole::{Report, Runs};
 use super::words::Words;
-use super::{all, format, summaries, sure, text};
+use super::{all, format, mix, summaries, sure, text};
 use crate::analysis::{EpisodeSummary, Estimated, MethodSummary, SMOOTHED_OVER, TaskScore};
 use crate::stats::bootstrap::RESAMPLES;
 use crate::store::manifest::{FeatureColumn, PointRow};
@@ -37,6 +36,7 @@ const FAILURE_ROWS: usize = 20;
 pub(super) fn page(data: &Report, figures: &[Figure]) -> Result<String, ReportError> {
     let parts = data.sections.parts(data, figures)?;
     let further = context! {
+        mix => data.mix.as_ref().map(|mix| mix::section(data, mix)),
         sure => sure::section(data, figures)?,
         all => all::section(data)?,
         all_title => all::title(data),
@@ -60,6 +60,7 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         metrics => metrics.iter().map(heading).collect::<Vec<_>>(),
         best => data.best().map(|m| m.method.clone()),
         methods => data.methods.iter().map(|m| method(data, m, &metrics)).collect::<Vec<_>>(),
+        mix_row => data.mix.as_ref().map(|mix| method(data, &mix::row(data, mix), &metrics)),
         names => data.methods.iter().map(|m| shown(data, &m.method)).collect::<Vec<_>>(),
         common => common(data),
         further => further_values(data),

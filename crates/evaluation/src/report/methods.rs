@@ -3,21 +3,21 @@
 use serde_json::{Map, Value};
 
 use super::figures::shown;
-use super::format;
 use super::sections;
 use super::table::{Cell, Columns, Table};
 use super::whole::Report;
+use super::{format, mix};
 use crate::analysis::{Estimated, MethodSummary, TuningSummary};
 
 /// The columns of the ranking.
 type Of<'a> = Columns<'a, &'a MethodSummary>;
 
 /// Returns methods over some point MDPs, in their order.
-pub(super) fn ranking<'a>(data: &'a Report, methods: &'a [MethodSummary], points: usize) -> Table {
+pub(super) fn ranking(data: &Report, methods: &[MethodSummary], points: usize) -> Table {
     let identity = &data.manifest.identity;
     let relative = !data.reference.is_none();
     let rank = |m: &&MethodSummary| m.rank.map_or_else(Cell::unknown, Cell::count);
-    let mut columns: Of<'a> = Columns::new()
+    let mut columns: Of<'_> = Columns::new()
         .shown("rank", rank)
         .text("method", "", |m: &&MethodSummary| m.method.clone())
         .text("", "method", |m| match m.is_reference {
@@ -115,9 +115,11 @@ fn estimated<'a>(
 }
 
 impl Report {
-    /// Returns the ranking of all methods.
+    /// Returns the ranking of all methods, and the mix below it.
     pub fn ranking(&self) -> Table {
-        ranking(self, &self.methods, self.points.len())
+        let mut methods = self.methods.clone();
+        methods.extend(self.mix.as_ref().map(|mix| mix::row(self, mix)));
+        ranking(self, &methods, self.points.len())
     }
 
     /// Returns the methods as `--json` prints them, best first; `null` is what is not known.
@@ -126,6 +128,11 @@ impl Report {
         for (i, row) in rows.iter_mut().enumerate() {
             let places = self.comparison.ranks.as_ref().and_then(|ranks| ranks.get(i));
             row.insert("rank_probabilities".to_owned(), places.cloned().into());
+            if let Some(mix) = self.mix.as_ref().filter(|_| i == self.methods.len()) {
+                let names = mix.methods.iter().map(|m| self.methods[*m].method.clone());
+                let shares = names.zip(mix.shares.iter().map(|share| (*share).into()));
+                row.insert("mix_shares".to_owned(), Value::Object(shares.collect()));
+            }
         }
         rows
     }

@@ -5,7 +5,7 @@ use super::figures::shown;
 use super::methods::ranking;
 use super::table::{Cell, Columns, Table};
 use super::whole::Report;
-use super::{decisive_points, format, policies, summaries};
+use super::{first, format, mix, summaries};
 use crate::analysis::{LearnerSummary, MethodSummary};
 use crate::store::assisting;
 use crate::store::dropped::Dropped;
@@ -78,8 +78,9 @@ pub fn notes(data: &Report) -> Vec<String> {
     // A comparison says first which builds there are.
     notes.extend(data.results.builds().warning().filter(|_| data.runs.is_none()));
     notes.extend(summaries::disagreements(data));
-    notes.extend(decisive_points::sentence(data));
-    notes.extend(policies::sentences(data));
+    notes.extend(first::fragile(data));
+    notes.extend(first::policies(data));
+    notes.extend(data.mix.as_ref().map(|mix| mix::sentence(data, mix)));
     notes
 }
 

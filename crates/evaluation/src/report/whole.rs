@@ -8,7 +8,7 @@ use super::sections::Sections;
 use super::titles::{differ, with_id};
 use super::words::Words;
 use crate::analysis::joined::{Joined, Source};
-use crate::analysis::{Analysis, AnalysisError};
+use crate::analysis::{Analysis, AnalysisError, Mix};
 use crate::stats::Limit;
 use crate::store::manifest::Manifest;
 use crate::store::results::Results;
@@ -24,6 +24,8 @@ pub struct Report {
     pub sections: Box<dyn Sections>,
     /// What it compares, where it is of several runs.
     pub runs: Option<Runs>,
+    /// The best choice among the methods per point MDP; `None` where it is not known or not asked for.
+    pub mix: Option<Mix>,
     titles: Vec<String>,
 }
 
@@ -86,11 +88,23 @@ impl Report {
         Ok(self)
     }
 
+    /// Sets the methods of the mix; without any there is none.
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError`] for a method that the run has not.
+    pub fn mixing(mut self, methods: &[String]) -> Result<Self, AnalysisError> {
+        self.mix = self.analysis.mix(Some(methods))?;
+        Ok(self)
+    }
+
     fn of(mut analysis: Analysis, sections: Box<dyn Sections>) -> Self {
         analysis.failure = sections.failure();
         let words = sections.words(&analysis.manifest.identity.objective);
         let titles = analysis.points.iter().map(|p| sections.title(&p.row)).collect();
-        Self { analysis, words, sections, titles, runs: None }
+        // Without names nothing is refused.
+        let mix = analysis.mix(None).unwrap_or_default();
+        Self { analysis, words, sections, titles, runs: None, mix }
     }
 
     /// Says which direction is better.

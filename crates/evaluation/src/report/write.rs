@@ -6,7 +6,7 @@ use super::error::ReportError;
 use super::models::write_models;
 use super::table::Table;
 use super::whole::Report;
-use super::{compared, csv, curves, figures, html, profiles, ranks, summaries, sure, text};
+use super::{compared, csv, curves, figures, html, mix, profiles, ranks, summaries, sure, text};
 use crate::store::Layout;
 use basics::files::{make_folder_beneath, write_atomically};
 
@@ -90,6 +90,7 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
         ("pairs.csv", Some(sure::pairs(data, &data.comparison.pairs).csv())),
         ("ranks.csv", Some(compared::ranks(data))),
         ("profiles.csv", Some(compared::profiles(data))),
+        ("mix.csv", data.mix.as_ref().map(|mix| mix::table(data, mix).csv())),
         ("episodes.csv", Some(csv::episodes(data))),
         ("learning.csv", curves::table(data)),
         ("training.csv", (!data.trainings.is_empty()).then(|| csv::training(data))),
