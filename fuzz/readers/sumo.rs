@@ -1,9 +1,8 @@
 //! Readers of what SUMO reads and writes, .
 
-use std::io::{BufRead, Cursor};
+use std::io::Cursor;
 use std::path::Path;
 
-use tsc_family::files::FileError;
 use tsc_family::traffic::network::demand::DemandSpec;
 use tsc_family::traffic::sim::net_file::NetFile;
 use tsc_family::traffic::sim::scan::{Scanned, scan};
@@ -34,7 +33,7 @@ pub(crate) fn sumocfg(bytes: &[u8]) {
 
 /// A file that a scenario names: which others it names, what a copy has otherwise, or what is in its way.
 pub(crate) fn sources(bytes: &[u8]) {
-    let Some(found) = scanned(bytes) else { return };
+    let found = scanned(bytes);
     let size = bytes.len() as u64;
     for at in found.edits.iter().map(|edit| &edit.at).chain(&found.day_plan) {
         assert!(at.start <= at.end && at.end <= size, "{at:?} of {size}");
@@ -48,18 +47,16 @@ pub(crate) fn sources(bytes: &[u8]) {
 }
 
 fn named(bytes: &[u8]) -> Option<Vec<String>> {
-    let found = scanned(bytes)?;
-    found.obstacles.is_empty().then(|| found.named.into_iter().map(|named| named.name).collect())
+    let found = scanned(bytes);
+    found.obstacles.is_empty().then(|| found.named.into_iter().map(|named| named.0).collect())
 }
 
-fn scanned(bytes: &[u8]) -> Option<Scanned> {
+fn scanned(bytes: &[u8]) -> Scanned {
     let owned = bytes.to_vec();
-    let opened =
-        || -> Result<Box<dyn BufRead>, FileError> { Ok(Box::new(Cursor::new(owned.clone()))) };
-    let found = scan(Path::new("fuzz.xml"), &opened).ok()?;
-    let names = || found.named.iter().map(|named| &named.name);
+    let found = scan(Path::new("fuzz.xml"), Box::new(Cursor::new(owned)));
+    let names = || found.named.iter().map(|named| &named.0);
     assert!(names().all(|name| !name.is_empty() && name.is_ascii()), "{found:?}");
-    Some(found)
+    found
 }
 
 /// A network that netconvert wrote.

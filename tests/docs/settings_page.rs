@@ -9,7 +9,7 @@ use tsc_family::control_tasks::{
     acrobot, cartpole, half_cheetah, mountain_car, pendulum, pendulum_swing_up, quad, swimmer,
 };
 use tsc_family::settings::page::markdown;
-use tsc_family::traffic::settings::table::defaults;
+use tsc_family::traffic::settings::defaults;
 
 const PAGE: &str = "docs/settings.md";
 

@@ -164,20 +164,19 @@ fn what_only_a_change_of_the_files_or_sumo_itself_refuses_is_named_with_the_rest
     configure(&folder, PLAIN);
     folder.refuses(&[(&format!("{RUN} out"), "a.sumocfg: none of its files has a vehicle")]);
     folder.run("signals a.sumocfg");
-    let version = "<!-- Eclipse SUMO netconvert Version 9.87.0 -->\n<net ";
-    folder.edit("n.xml", "<net ", version);
+    folder.edit("n.xml", "<net version=\"1.9\"", "<net version=\"9.87\"");
     let unknown = "<routes><route id='r' edges='nowhere'/><vehicle id='v' depart='triggered' route='r'/></routes>";
     folder.write("r.xml", unknown);
     folder.write("a.sumocfg", &format!("<c>{PLAIN}</c>"));
     let said = refused(&folder);
     assert!(said.contains("a.sumocfg: no end; pass --end 3600"), "{said}");
     assert!(said.contains("a.sumocfg: SUMO cannot load it: The edge 'nowhere'"), "{said}");
-    assert!(!said.contains("was written by SUMO"), "no version knows that edge: {said}");
+    assert!(!said.contains("is of SUMO"), "no version knows that edge: {said}");
     let net = folder.read("n.xml");
     let class = net.replacen("<lane id=\"", "<lane disallow=\"drone\" id=\"", 1);
     folder.write("n.xml", &class);
     let said = refused(&folder);
-    assert!(said.contains("n.xml was written by SUMO 9.87, and SUMO"), "{said}");
+    assert!(said.contains("n.xml is of SUMO 9.87, and SUMO"), "{said}");
     assert!(said.contains("pass --end 3600 --accept newer-classes"), "{said}");
 }
 

@@ -19,6 +19,7 @@
 //! (permissive left turns).
 
 use basics::units::SECONDS_PER_HOUR;
+use osm_signals::{DrivingSide, Turn};
 use signals::movement_results::{MovementResult, Supply};
 use signals::vocabulary::Heading;
 
@@ -54,30 +55,18 @@ pub(crate) struct Basis {
     pub(crate) saturation_vph: f64,
     /// Simulated time, hours.
     pub(crate) hours: f64,
-    /// Whether traffic keeps to the right.
-    pub(crate) is_right_hand: bool,
-}
-
-/// A turn as its name says it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Way {
-    Through,
-    /// Away from opposing traffic.
-    Near,
-    /// Across opposing traffic.
-    Across,
+    /// Side of the street that traffic keeps to.
+    pub(crate) side: DrivingSide,
 }
 
 impl Basis {
-    fn way(&self, name: &str) -> Option<(Heading, Way)> {
-        let heading = Heading::begins(name)?;
-        let way = match (name.get(2..3)?, self.is_right_hand) {
-            ("T", _) => Way::Through,
-            ("L", true) | ("R", false) => Way::Across,
-            ("R", true) | ("L", false) => Way::Near,
-            _ => return None,
-        };
-        Some((heading, way))
+    /// Returns where a movement goes and how it turns; the turn across opposing traffic depends on the side.
+    fn way(&self, name: &str) -> Option<(Heading, Turn)> {
+        Heading::of_movement(name, self.side)
+    }
+
+    fn is_across(&self, turn: Turn) -> bool {
+        turn == Turn::across(self.side)
     }
 
     /// Returns the capacity of the lane group of every movement of a task; `None` for records that do not say what was shown.
@@ -115,23 +104,23 @@ impl Basis {
     fn per_lane_vph(&self, m: &MovementResult, all: &[MovementResult]) -> Option<f64> {
         let supply = m.supply.as_ref()?;
         let way = self.way(&m.movement);
-        let equivalent = match way.map(|(_, way)| way) {
-            Some(Way::Across) => LEFT,
-            Some(Way::Near) => RIGHT,
+        let equivalent = match way.map(|(_, turn)| turn) {
+            Some(turn) if self.is_across(turn) => LEFT,
+            Some(Turn::Left | Turn::Right) => RIGHT,
             _ => 1.0,
         };
         let flow_vph = self.saturation_vph / equivalent;
         let protected_vph = flow_vph * supply.protected_share;
         let yields = supply.permissive_share > 0.0;
-        let Some((heading, _)) = way.filter(|(_, way)| yields && *way == Way::Across) else {
+        let Some((heading, _)) = way.filter(|(_, turn)| yields && self.is_across(*turn)) else {
             return Some(protected_vph + flow_vph * supply.permissive_share);
         };
-        let opposite = Heading::ALL[(heading as usize + 4) % Heading::ALL.len()];
+        let opposite = heading.clockwise(4);
         let opposing = |o: &&MovementResult| {
-            self.way(&o.movement).is_some_and(|(h, way)| h == opposite && way != Way::Across)
+            self.way(&o.movement).is_some_and(|(h, turn)| h == opposite && !self.is_across(turn))
         };
         let through = all.iter().filter(opposing).max_by_key(|o| {
-            let is_through = self.way(&o.movement).is_some_and(|(_, way)| way == Way::Through);
+            let is_through = self.way(&o.movement).is_some_and(|(_, turn)| turn == Turn::Through);
             (is_through, o.supply.as_ref().map_or(0, |s| s.lanes))
         });
         let Some(against) = through.and_then(|o| o.supply.as_ref()) else {
@@ -210,7 +199,7 @@ mod tests {
         }
     }
 
-    const BASIS: Basis = Basis { saturation_vph: 1900.0, hours: 0.25, is_right_hand: true };
+    const BASIS: Basis = Basis { saturation_vph: 1900.0, hours: 0.25, side: DrivingSide::Right };
 
     fn near(value: f64, expected: f64) {
         assert!(
@@ -247,7 +236,7 @@ mod tests {
         arrow[1].supply.as_mut().unwrap().protected_share = 0.6;
         assert_eq!(BASIS.capacities(&arrow)[0].unwrap().delay_s, None);
         near(of[2].unwrap().group_vph.unwrap(), 1900.0 / 1.05 * 0.1);
-        let mirrored = Basis { is_right_hand: false, ..BASIS };
+        let mirrored = Basis { side: DrivingSide::Left, ..BASIS };
         near(mirrored.capacities(&all)[2].unwrap().group_vph.unwrap(), 1900.0 / 1.18 * 0.1);
     }
 

@@ -6,6 +6,7 @@
 //! Deviation: the manual has control delay; the simulator's also contains slowing down and waiting to enter.
 
 use minijinja::{Value, context};
+use osm_signals::DrivingSide;
 use serde_json::Value as Json;
 
 use super::answers::today;
@@ -248,8 +249,9 @@ fn basis(data: &Analysis) -> Option<Basis> {
     let settings = &data.manifest.identity.settings;
     let saturation_vph = settings.get("fixed_time")?.get("saturation_flow_vph")?.as_f64()?;
     let side = settings.get("network").and_then(|network| network.get("driving_side"));
-    let is_right_hand = side.and_then(Json::as_str).is_none_or(|side| side == "right");
-    Some(Basis { saturation_vph, hours: hours(data), is_right_hand })
+    let is_left = side.and_then(Json::as_str) == Some("left");
+    let side = if is_left { DrivingSide::Left } else { DrivingSide::Right };
+    Some(Basis { saturation_vph, hours: hours(data), side })
 }
 
 fn unfinished(movement: &MovementResult) -> Option<f64> {

@@ -34,7 +34,7 @@ use evaluation::store::manifest::PointRow;
 use evaluation::store::results::Results;
 use signals::control::registry::METHODS;
 use signals::places::MappedIntersection;
-use signals::settings::failure::failure;
+use signals::settings::failure;
 
 /// Places of a point MDP that are written out.
 const PLACES: usize = 2;

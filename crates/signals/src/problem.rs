@@ -4,23 +4,24 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
-use super::control::existing;
-use super::environment::hash_scenario;
-use super::error::TrafficError;
-use super::existing::Plans;
-use super::family::load::LoadedScenario;
-use super::network::build::{BuildOptions, BuildSummary, build_all};
-use super::network::error::NetworkError;
-use super::network::intersection::{IntersectionSpec, intersections};
-use super::network_files::{GENERATED, NetworkFiles};
-use super::placed::{Placed, placed};
-use super::point_hash;
-use super::sim::SimError;
-use super::sim::intake::Intake;
-use super::sim::obstacle::{Given, in_words};
-use super::simulator::{examine, signals_in, version};
+use crate::control::existing;
+use crate::environment::hash_scenario;
+use crate::error::TrafficError;
+use crate::existing::Plans;
+use crate::family::load::LoadedScenario;
+use crate::network::build::{BuildOptions, BuildSummary, build_all};
+use crate::network::error::NetworkError;
+use crate::network::intersection::{IntersectionSpec, intersections};
+use crate::network_files::{GENERATED, NetworkFiles};
+use crate::placed::{Placed, placed};
+use crate::settings::Detail;
+use crate::sim::SimError;
+use crate::sim::intake::Intake;
+use crate::sim::obstacle::{Given, in_words};
+use crate::simulator::{examine, signals_in, version};
+use basics::hash::{sha256, sha256_file};
 use evaluation::family::{Feature, MdpFamily, PointMdp};
 use evaluation::run::domain::{Prepared, PreparedPoint, Problem};
 use evaluation::run::fault::Cause;
@@ -135,7 +136,7 @@ impl SignalProblem {
             };
             let made = PreparedPoint {
                 environment: GENERATED.to_owned(),
-                content: point_hash::of_point(&self.loaded, index),
+                content: of_point(&self.loaded, index),
                 sha256: files.sha256,
                 places: self.loaded.members[index].iter().filter_map(place).collect(),
                 given: (self.plans.iter())
@@ -156,7 +157,7 @@ impl SignalProblem {
             let given = given.as_object().into_iter().flatten();
             let made = PreparedPoint {
                 environment: intake.path.display().to_string(),
-                content: point_hash::of_imported(intake)?,
+                content: of_imported(intake)?,
                 sha256: hash_scenario(intake)?,
                 given: given.map(|(name, value)| (name.clone(), value.clone())).collect(),
                 ..PreparedPoint::default()
@@ -204,7 +205,7 @@ impl Problem for SignalProblem {
         if self.is_imported() {
             return Ok(());
         }
-        super::write_places::write(layout, &self.loaded, stands, self.folder.as_deref())
+        super::places::write(layout, &self.loaded, stands, self.folder.as_deref())
     }
 }
 
@@ -285,4 +286,102 @@ fn imported_id(config: &Path) -> String {
 fn safe_name(name: &str) -> String {
     let safe = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     name.chars().map(safe).collect()
+}
+
+/// Returns the hash of the `index`-th point MDP of a scenario's family.
+pub fn of_point(loaded: &LoadedScenario, index: usize) -> String {
+    let content = match loaded.scenario.family.detail {
+        Detail::SixFeatures => {
+            let (family, point) = (&loaded.family, &loaded.family.points[index]);
+            let named = family.features.iter().map(|f| &f.name).zip(&point.features);
+            json!(named.collect::<Vec<_>>())
+        }
+        Detail::PerApproach => {
+            let arms = loaded.members[index].iter().flat_map(|i| &loaded.intersections[*i].arms);
+            let nameless = arms.map(|arm| {
+                let mut row = serde_json::to_value(arm).expect("an approach is plain data");
+                row["intersection"] = Value::Null;
+                row["arm"] = Value::Null;
+                row.as_object_mut().map(|row| row.remove("period"));
+                row
+            });
+            json!(nameless.collect::<Vec<_>>())
+        }
+    };
+    hash(&content)
+}
+
+/// Returns the hash of an imported scenario.
+///
+/// # Errors
+///
+/// [`TrafficError`] when a file that is read with it cannot be read.
+pub fn of_imported(intake: &Intake) -> Result<String, TrafficError> {
+    let files: Result<Vec<String>, _> =
+        intake.sources.named().map(|(_, file)| sha256_file(file)).collect();
+    Ok(hash(&json!([intake.begin_s, intake.end_s, files?])))
+}
+
+fn hash(content: &Value) -> String {
+    sha256(content.to_string().as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::fs;
+
+    use super::*;
+    use crate::family::load::{load, load_with};
+
+    fn all(loaded: &LoadedScenario) -> Vec<String> {
+        (0..loaded.family.points.len()).map(|i| of_point(loaded, i)).collect()
+    }
+
+    #[test]
+    fn every_point_mdp_of_salt_lake_city_differs_with_and_without_its_own_arms() {
+        for detail in ["six-features", "per-approach"] {
+            let detail = format!("family.detail={detail}").parse().unwrap();
+            let hashes = all(&load_with("salt-lake-city", &[detail]).unwrap());
+            assert_eq!(hashes.iter().collect::<BTreeSet<_>>().len(), hashes.len());
+        }
+    }
+
+    #[test]
+    fn neither_names_nor_settings_count() {
+        let loaded = load("smoke").unwrap();
+        let mut other = loaded.clone();
+        other.family.points[0].id = "renamed".into();
+        other.scenario.demand.peak_hour_factor = 0.9;
+        assert_eq!(all(&loaded), all(&other));
+        other.family.points[0].features[0] += 1.0;
+        assert_ne!(all(&loaded), all(&other));
+        let own = "family.detail=per-approach".parse().unwrap();
+        let mut arms = load_with("salt-lake-city", &[own]).unwrap();
+        let before = of_point(&arms, 0);
+        let first = arms.members[0][0];
+        arms.intersections[first].arms.iter_mut().for_each(|a| a.intersection = "x".into());
+        assert_eq!(before, of_point(&arms, 0));
+    }
+
+    #[test]
+    fn a_copy_of_a_sumo_scenario_under_other_names_is_the_same() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, routes: &str, end: u32| {
+            let path = |ending: &str| folder.path().join(format!("{name}.{ending}"));
+            fs::write(path("net"), "<net/>").unwrap();
+            fs::write(path("rou"), routes).unwrap();
+            let text = format!(
+                "<configuration><net-file value=\"{name}.net\"/>\
+                 <route-files value=\"{name}.rou\"/><end value=\"{end}\"/></configuration>"
+            );
+            fs::write(path("sumocfg"), text).unwrap();
+            let given = crate::sim::obstacle::Given::default();
+            of_imported(&Intake::read(&path("sumocfg"), &given).unwrap()).unwrap()
+        };
+        let a = write("a", "<routes/>", 60);
+        assert_eq!(a, write("b", "<routes/>", 60));
+        assert_ne!(a, write("c", "<routes></routes>", 60));
+        assert_ne!(a, write("d", "<routes/>", 61));
+    }
 }

@@ -12,7 +12,7 @@ use osm_signals::{Settings, file};
 use serde::{Deserialize, Serialize};
 
 use super::error::CityError;
-use crate::settings::inflow::{EVEN_SPLIT, NORTH_EAST_DEG};
+use crate::settings::{EVEN_SPLIT, NORTH_EAST_DEG};
 use evaluation::settings::within;
 
 /// Most characters of what the parser says, which quotes whole lines.
@@ -42,7 +42,7 @@ pub struct DesignHour {
     /// counts are totals of both directions, else directions are as counted.
     pub directional_split: f64,
     /// Heading around which the peak direction of all streets lies, degrees clockwise from north: see
-    /// [`crate::settings::inflow`] for the rule.
+    /// [`crate::settings::InflowSources`] for the rule.
     pub peak_heading_deg: f64,
 }
 

@@ -7,9 +7,9 @@ use super::config::CityConfig;
 use super::counted::hours;
 use super::folder::{self, APPROACHES_FILE};
 use super::input::Request;
+use crate::settings::InflowSources;
 use crate::settings::Scenario;
 use crate::settings::check::check;
-use crate::settings::inflow::InflowSources;
 use evaluation::family::error::FamilyError;
 use evaluation::settings::wording::explain;
 

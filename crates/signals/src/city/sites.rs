@@ -10,7 +10,7 @@ use osm_signals::{DrivingSide, Intersection, Place, Survey, review};
 use super::flag::Flag;
 use super::one_green::has_one_green;
 use super::reason::Reason;
-use crate::settings::inflow::InflowSources;
+use crate::settings::InflowSources;
 
 /// Digits after the point of a share, as a power of ten.
 const SHARE: f64 = 10_000.0;

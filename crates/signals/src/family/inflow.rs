@@ -17,8 +17,8 @@
 use osm_signals::angle::turn_degrees;
 
 use super::approaches::Approach;
+use crate::settings::EVEN_SPLIT;
 use crate::settings::FamilySettings;
-use crate::settings::inflow::EVEN_SPLIT;
 
 /// Half of all headings, degrees.
 const HALF_DEG: f64 = 90.0;

@@ -15,20 +15,20 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::demand::DemandSpec;
-use super::index::{BUILT_FILE, Built};
 use super::intersection::IntersectionSpec;
 use super::link::link;
 use super::netconvert::Netconvert;
+use super::plain::DEFAULT_PROGRAM;
 use super::retime::buttons;
 use super::validate::validate;
 use crate::network::error::NetworkError;
-use crate::network_files::{BY_HASH, FILE_ENDINGS, NetworkFiles, TEMPORARY, file_name};
+use crate::network_files::{BY_HASH, FILE_ENDINGS, NetworkFiles, TEMPORARY, address, file_name};
 use crate::settings::{Actions, DemandSettings, NetworkSettings, SignalSettings};
 use crate::sim::net_file::NetFile;
-use basics::files::{FileError, make_folder_beneath, write_atomically};
+use basics::files::{self, FileError, limits, make_folder_beneath, write_atomically};
 use basics::hash::sha256;
 
 /// Number of the rules by which networks are made; a change to them raises it, and all networks
@@ -291,8 +291,102 @@ fn spec_hash(
     sha256(&serde_json::to_vec(&inputs).expect("a spec is plain data"))
 }
 
+/// Name of the file that says what a network was built from.
+pub const BUILT_FILE: &str = "network.json";
+
+/// A network that was built.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Built {
+    /// Id of the point MDP.
+    pub point: String,
+    /// Version of the netconvert that built it.
+    pub netconvert: String,
+    /// Arms of the intersection.
+    pub arms: usize,
+    /// Links of the signal.
+    pub links: usize,
+    /// Green phases to choose from.
+    pub phases: usize,
+    /// Hash of intersection and settings.
+    pub spec_sha256: String,
+    /// Hash of each file by its name.
+    pub sha256: BTreeMap<String, String>,
+}
+
+impl Built {
+    /// Returns the networks of a folder, without those whose `network.json` is damaged: they are built again.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] if the folder cannot be read.
+    pub fn all(networks: &Path) -> Result<Vec<Self>, FileError> {
+        let folder = networks.join(BY_HASH);
+        let entries = match std::fs::read_dir(&folder) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+            entries => entries.map_err(FileError::at("read", &folder))?,
+        };
+        let mut all = Vec::new();
+        for entry in entries {
+            let entry = entry.map_err(FileError::at("read", &folder))?;
+            let bytes = files::read(&entry.path().join(BUILT_FILE), limits::DOCUMENT);
+            let built = bytes.ok().and_then(|bytes| serde_json::from_slice::<Self>(&bytes).ok());
+            let is_own = |built: &Self| *address(&built.sha256) == *entry.file_name();
+            all.extend(built.filter(is_own));
+        }
+        Ok(all)
+    }
+
+    /// Returns its files after comparing each with its hash.
+    ///
+    /// # Errors
+    ///
+    /// [`NetworkError::Altered`] for the first file that was deleted or altered.
+    pub fn verify(&self, networks: &Path) -> Result<NetworkFiles, NetworkError> {
+        let network = NetworkFiles::new(networks, &self.point, self.sha256.clone());
+        for (name, expected) in &network.sha256 {
+            let path = network.folder.join(name);
+            let bytes = files::if_present(files::read(&path, limits::NETWORK))?;
+            let Some(bytes) = bytes else {
+                return Err(NetworkError::Altered { path, what: "was deleted" });
+            };
+            if sha256(&bytes) != *expected {
+                return Err(NetworkError::Altered { path, what: "was altered" });
+            }
+        }
+        Ok(network)
+    }
+
+    /// Returns the text of its file.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("hashes are plain data") + "\n"
+    }
+}
+
+/// Returns the point MDPs with one green, by id, with the reason in words.
+///
+/// # Errors
+///
+/// If a network cannot be read.
+pub fn one_green(
+    networks: &BTreeMap<String, NetworkFiles>,
+) -> Result<Vec<(String, String)>, FileError> {
+    let found: Result<Vec<_>, FileError> = networks
+        .par_iter()
+        .map(|(point, network)| {
+            let text = files::read_text(&network.net, limits::NETWORK)?;
+            // What a build has checked can be parsed.
+            let one = NetFile::parse(&text).is_ok_and(|net| net.has_one_green(DEFAULT_PROGRAM));
+            Ok(one.then(|| (point.clone(), "a single green".to_owned())))
+        })
+        .collect();
+    Ok(found?.into_iter().flatten().collect())
+}
+
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::super::movements::shapes::{cross, star};
     use super::*;
 
@@ -355,5 +449,31 @@ mod tests {
         let text = configuration("p", 3600.0);
         assert!(text.contains("<net-file value=\"p.net.xml\"/>"), "{text}");
         assert!(text.contains("<end value=\"3600\"/>"), "{text}");
+    }
+
+    #[test]
+    fn a_network_is_listed_unless_what_says_so_is_damaged() {
+        let folder = tempfile::tempdir().unwrap();
+        let built = Built {
+            point: "p".into(),
+            netconvert: "1".into(),
+            arms: 4,
+            links: 12,
+            phases: 4,
+            spec_sha256: "s".into(),
+            sha256: [("p.net.xml".to_owned(), sha256(b"net"))].into(),
+        };
+        assert_eq!(Built::all(folder.path()).unwrap(), []);
+        let files = NetworkFiles::new(folder.path(), "p", built.sha256.clone());
+        fs::create_dir_all(&files.folder).unwrap();
+        fs::write(files.folder.join("p.net.xml"), "net").unwrap();
+        let path = files.folder.join(BUILT_FILE);
+        fs::write(&path, built.to_json()).unwrap();
+        assert_eq!(Built::all(folder.path()).unwrap(), std::slice::from_ref(&built));
+        assert_eq!(built.verify(folder.path()).unwrap(), files);
+        fs::write(&path, built.to_json().replace("p.net", "q.net")).unwrap();
+        assert_eq!(Built::all(folder.path()).unwrap(), []);
+        fs::write(&path, "{").unwrap();
+        assert_eq!(Built::all(folder.path()).unwrap(), []);
     }
 }

@@ -14,6 +14,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::io::{Error, ErrorKind};
 use std::path::Path;
 
 use osm_signals::Turn;
@@ -26,12 +27,11 @@ use super::bays::{Storage, pieces};
 use super::error::NetworkError;
 use super::intersection::IntersectionSpec;
 use super::movements::{exits, movements};
-use super::peak::{peaked_s, quartered_s};
 use super::plain::SIGNAL;
 use crate::family::approaches::{Arrivals, Counted};
 use crate::junction::{Movement, incoming_edge};
-use crate::settings::{DemandSettings, SUMO_SIGMA, is_sumo_sigma, is_zero};
-use basics::files::FileError;
+use crate::settings::{DemandSettings, MIN_PEAK_HOUR_FACTOR, SUMO_SIGMA, is_sumo_sigma, is_zero};
+use basics::files::{self, FileError, limits};
 use basics::seed;
 use basics::units::SECONDS_PER_HOUR;
 
@@ -445,6 +445,143 @@ fn push(text: &mut String, line: std::fmt::Arguments<'_>) {
     writeln!(text, "    {line}").expect("writing to a string cannot fail");
 }
 
+/// Most vehicles of an episode on average: what the settings allow on the largest intersection, and far more than
+/// fit on its roads.
+const MOST_VEHICLES: f64 = 5e7;
+
+/// How far the shares of a stream may be from 1 together: they may be written with two digits.
+const SHARES_SLACK: f64 = 0.02;
+
+/// Longest episode, seconds.
+const LONGEST_S: f64 = 86_400.0;
+
+impl DemandSpec {
+    /// Reads a `.demand.json`.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] if it cannot be read or is not a demand.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        Self::parse(&files::read(path, limits::NETWORK)?, path)
+    }
+
+    /// Returns what a `.demand.json` holds; the path is for messages.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] if it is not a demand, or one that no intersection has.
+    pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, FileError> {
+        let demand: Self =
+            serde_json::from_slice(bytes).map_err(|e| FileError::at("parse", path)(e.into()))?;
+        let wrong = |what: String| {
+            let reason = format!("{what}, which no intersection has; build its network again");
+            FileError::at("use", path)(Error::new(ErrorKind::InvalidInput, reason))
+        };
+        if !demand.is_possible() {
+            return Err(wrong("a duration, a number of vehicles or a share".to_owned()));
+        }
+        let stream = demand.streams.iter().find(|stream| !stream.is_possible());
+        stream.map_or(Ok(()), |s| Err(wrong(format!("a stream from {:?}", s.from))))?;
+        Ok(demand)
+    }
+
+    fn is_possible(&self) -> bool {
+        let vehicles_vph: f64 = self.streams.iter().map(|stream| stream.inflow_vph.max(0.0)).sum();
+        (0.0..=LONGEST_S).contains(&self.horizon_s)
+            && vehicles_vph * self.horizon_s / SECONDS_PER_HOUR <= MOST_VEHICLES
+            && is_factor(self.peak_hour_factor)
+            && [self.heavy_vehicles, self.impatience, self.sigma].into_iter().all(is_share)
+    }
+}
+
+impl Stream {
+    fn is_possible(&self) -> bool {
+        let comes = match self.arrivals {
+            None => true,
+            Some(Arrivals::PeakHourFactor(factor)) => is_factor(factor),
+            Some(Arrivals::QuarterHours(quarters)) => {
+                let sum: f64 = quarters.iter().sum();
+                quarters.iter().all(|quarter| *quarter >= 0.0) && sum > 0.0 && sum.is_finite()
+            }
+        };
+        let plain = |c: char| c.is_ascii_alphanumeric() || "_-.#:".contains(c);
+        let is_name = |name: &String| !name.is_empty() && name.chars().all(plain);
+        let names = self.routes.iter().map(|route| &route.to).chain(&self.upstream);
+        let sum: f64 = self.routes.iter().map(|route| route.share).sum();
+        comes
+            && self.inflow_vph >= 0.0
+            && is_share(self.heavy_vehicles.unwrap_or_default())
+            && names.chain([&self.from, &self.depart_lane, &self.depart_speed]).all(is_name)
+            && self.routes.iter().all(|route| is_share(route.share))
+            && (sum - 1.0).abs() <= SHARES_SLACK
+    }
+}
+
+fn is_share(value: f64) -> bool {
+    (0.0..=1.0).contains(&value)
+}
+
+fn is_factor(value: f64) -> bool {
+    (MIN_PEAK_HOUR_FACTOR..=1.0).contains(&value)
+}
+
+/// Quarters of a horizon, of which one is the peak.
+const QUARTERS: f64 = 4.0;
+
+/// Quarters before the peak.
+const BEFORE_PEAK: f64 = 1.0;
+
+/// Returns when a vehicle arrives that would arrive at the time `even_s` of an even flow, seconds:
+/// when as large a share of the horizon's vehicles has arrived.
+///
+/// # Arguments
+///
+/// * `even_s` — from 0 up to but without `horizon_s`, as the result is.
+/// * `factor` — the peak hour factor, above 1/4; 1 changes nothing.
+fn peaked_s(even_s: f64, horizon_s: f64, factor: f64) -> f64 {
+    if factor >= 1.0 {
+        return even_s;
+    }
+    let quarter_s = horizon_s / QUARTERS;
+    // Rates relative to the even flow, in the peak and in the other quarters.
+    let peak = 1.0 / factor;
+    let other = (QUARTERS - peak) / (QUARTERS - 1.0);
+    let begins_s = BEFORE_PEAK * quarter_s;
+    let since_s = even_s - begins_s * other;
+    let time_s = if since_s < 0.0 {
+        even_s / other
+    } else if since_s < quarter_s * peak {
+        begins_s + since_s / peak
+    } else {
+        begins_s + quarter_s + (since_s - quarter_s * peak) / other
+    };
+    // Rounding must not make a vehicle come at the end or after it.
+    time_s.min(horizon_s.next_down())
+}
+
+/// Returns when a vehicle arrives that would arrive at the time `even_s` of an even flow, seconds, if the quarters of
+/// the horizon have these vehicles, up to a common factor.
+///
+/// # Arguments
+///
+/// * `even_s` — from 0 up to but without `horizon_s`, as the result is.
+/// * `quarters` — not negative, their sum above 0.
+fn quartered_s(even_s: f64, horizon_s: f64, quarters: [f64; 4]) -> f64 {
+    let quarter_s = horizon_s / QUARTERS;
+    let mut rest = even_s / horizon_s * quarters.iter().sum::<f64>();
+    for (i, vehicles) in quarters.iter().enumerate() {
+        if rest < *vehicles {
+            let time_s = quarter_s * (i as f64 + rest / vehicles);
+            return time_s.min((quarter_s * (i + 1) as f64).next_down());
+        }
+        rest -= vehicles;
+    }
+    // Rounding has carried the last vehicle past the last quarter that has any.
+    let last =
+        quarters.iter().rposition(|vehicles| *vehicles > 0.0).map_or(QUARTERS, |i| (i + 1) as f64);
+    (quarter_s * last).next_down()
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::movements::shapes::{cross, star, tee, wye};
@@ -692,5 +829,79 @@ mod tests {
                         departLane=\"best\" departPos=\"base\" departSpeed=\"max\" \
                         speedFactor=\"1.0432\"/>";
         assert!(text.contains(expected), "{text}");
+    }
+
+    #[test]
+    fn what_no_intersection_has_is_refused() {
+        let text = r#"{"horizon_s":60.0,"peak_hour_factor":1.0,"streams":[{"from":"in0","inflow_vph":60.0,
+            "depart_lane":"best","depart_speed":"max","routes":[{"to":"out1","share":1.0}]}]}"#;
+        let parse = |text: &str| DemandSpec::parse(text.as_bytes(), Path::new("d.json"));
+        assert!(parse(text).unwrap().vehicles(1).len() < 10);
+        for (from, to) in [
+            ("out1", r#"x\"/><include href=\"y.xml"#),
+            ("best", ""),
+            (r#"{"to":"out1","share":1.0}"#, ""),
+            (r#""share":1.0"#, r#""share":-1.0"#),
+            (r#""share":1.0"#, r#""share":0.4"#),
+            ("_vph\":60.0", "_vph\":-1.0"),
+            ("_vph\":60.0", "_vph\":1e300"),
+            ("_s\":60.0", "_s\":1e9"),
+            ("_s\":60.0", "_s\":-1.0"),
+            ("factor\":1.0", "factor\":0.0"),
+            ("factor\":1.0", "factor\":1.0,\"heavy_vehicles\":2.0"),
+            ("factor\":1.0", "factor\":1.0,\"sigma\":-1.0"),
+        ] {
+            let e = parse(&text.replacen(from, to, 1)).unwrap_err().to_string();
+            assert!(e.starts_with("cannot use d.json: "), "{e}");
+        }
+    }
+
+    const HOUR_S: f64 = 3600.0;
+
+    #[test]
+    fn the_second_quarter_has_the_volume_divided_by_the_peak_hour_factor() {
+        let vehicles = 60_000;
+        let mut quarters = [0.0; 4];
+        for k in 0..vehicles {
+            let even_s = HOUR_S * f64::from(k) / f64::from(vehicles);
+            let quarter = peaked_s(even_s, HOUR_S, 0.8) / (HOUR_S / QUARTERS);
+            quarters[quarter as usize] += QUARTERS / f64::from(vehicles);
+        }
+        let expected = [2.75 / 3.0, 1.25, 2.75 / 3.0, 2.75 / 3.0];
+        for (quarter, expected) in quarters.iter().zip(expected) {
+            assert!((quarter - expected).abs() < 1e-3, "{quarters:?}");
+        }
+    }
+
+    #[test]
+    fn quarters_have_what_was_counted_and_an_empty_one_nobody() {
+        let quarters = [100.0, 0.0, 300.0, 0.0];
+        let times: Vec<f64> =
+            (0..4000).map(|k| quartered_s(0.9 * f64::from(k), HOUR_S, quarters)).collect();
+        assert!(times.is_sorted());
+        let within =
+            |low: f64, high: f64| times.iter().filter(|t| (low..high).contains(*t)).count();
+        assert_eq!(
+            [within(0.0, 900.0), within(900.0, 1800.0), within(1800.0, 2700.0)],
+            [1000, 0, 3000]
+        );
+        assert!(quartered_s(HOUR_S.next_down(), HOUR_S, quarters) < 2700.0);
+        let even = [250.0; 4];
+        assert!((quartered_s(1234.5, HOUR_S, even) - 1234.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_even_flow_stays_as_it_is_to_the_last_bit() {
+        assert!([0.0, 899.999, 1800.1, 3599.9].iter().all(|t| peaked_s(*t, HOUR_S, 1.0) == *t));
+    }
+
+    #[test]
+    fn vehicles_keep_their_order_and_come_before_the_end() {
+        for factor in [0.26, 0.5, 0.92, 0.999] {
+            let times: Vec<f64> =
+                (0..36_000).map(|k| peaked_s(f64::from(k) / 10.0, HOUR_S, factor)).collect();
+            assert!(times.is_sorted() && times[0] == 0.0);
+            assert!(peaked_s(HOUR_S.next_down(), HOUR_S, factor) < HOUR_S);
+        }
     }
 }

@@ -3,22 +3,18 @@
 //! [`intersection`] holds arms and lanes as the data has them; [`movements`], [`lanes`] and
 //! [`phases`] decide what may go where and when; [`plain`] and [`netconvert`] make the network,
 //! [`validate`] checks it, [`demand`] fills it, [`build`] does all of that for a family and
-//! [`index`] notices when a file is altered.
+//! notices when a file is altered.
 
 pub mod bays;
 pub mod build;
 pub mod demand;
-mod demand_file;
 pub mod error;
-pub mod index;
 pub mod intersection;
 pub mod lanes;
 pub mod left_turns;
 mod link;
 pub mod movements;
 pub mod netconvert;
-pub mod one_green;
-mod peak;
 pub mod phases;
 pub mod plain;
 pub mod retime;

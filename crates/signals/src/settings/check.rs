@@ -1,7 +1,7 @@
 //! Checks ranges that types cannot express: of a scenario's settings and of tables.
 
+use super::InflowSources;
 use super::demand::MIN_PEAK_HOUR_FACTOR;
-use super::inflow::InflowSources;
 use super::{Detail, Scenario, SixFeatures};
 use evaluation::family::error::FamilyError;
 use evaluation::settings::{OutOfRange, all_within, default_name, shortest, within};

@@ -3,28 +3,27 @@
 //! Every setting is declared once, with its default and range: here, or in the file of its method. The
 //! default of `name` is the file's, see `default_name.rs`. Unknown fields are errors.
 
-pub mod check;
-mod demand;
-pub mod failure;
-pub mod inflow;
-mod names;
-pub mod signal;
-pub mod table;
-
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use osm_signals::DrivingSide;
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
 use crate::control;
 use crate::control::registry::methods;
 use evaluation::run::selection::training_settings;
-use evaluation::settings::setting::{Section, settings};
+use evaluation::settings::named::{Named, names_of};
+use evaluation::settings::setting::{self, Section, Setting, settings};
+use evaluation::stats::{Limit, Side};
 
 pub use demand::{DemandSettings, MAX_APPROACH_SPREAD, TurnShares};
 pub(crate) use demand::{MIN_PEAK_HOUR_FACTOR, SUMO_SIGMA, is_sumo_sigma, is_zero};
-use inflow::{EVEN_SPLIT, InflowSources, NORTH_EAST_DEG, is_even, is_north_east};
 pub use signal::{Actions, ChangeInterval, LeftTurns, Preset, SignalSettings};
+
+pub mod check;
+mod demand;
+pub mod signal;
 
 /// Declares the scenario, with the section of every method that has settings.
 macro_rules! scenario {
@@ -261,4 +260,130 @@ training_settings! {
     }
     /// Episodes of training per task, for every learner.
     episodes: u32 = 100, in 1.0..=1e6, unit "episodes";
+}
+
+/// Mean waiting per vehicle above which a controller fails at an intersection, seconds.
+///
+/// Source: Jayawardana et al. (NeurIPS 2022), appendix, "Further experiments on approximation algorithms".
+const FAILED_WAITING_S: f64 = 20.0;
+
+/// Returns what counts as a failure.
+pub fn failure() -> Limit {
+    Limit { metric: "waiting_s".to_owned(), side: Side::Above, value: FAILED_WAITING_S }
+}
+
+/// Share of each direction of a street whose directions are equal.
+pub const EVEN_SPLIT: f64 = 0.5;
+
+/// Heading around which the peak direction of streets lies, degrees clockwise from north.
+pub const NORTH_EAST_DEG: f64 = 45.0;
+
+/// What the inflows of a table of approaches rest on: shares of the approaches, which sum to 1. Pages
+/// of results say it; it decides nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InflowSources {
+    /// A traffic count on the approach.
+    pub counted: f64,
+    /// A traffic count elsewhere on the same street.
+    pub spread: f64,
+    /// The mean of counted streets of its class.
+    pub imputed: f64,
+    /// A default by class of street.
+    pub default: f64,
+    /// Vehicles by turn in the simulated hour; among `counted`. The table of approaches says it.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub by_turn: f64,
+}
+
+impl InflowSources {
+    /// Returns the shares in the order of their worth.
+    pub fn to_array(self) -> [f64; 4] {
+        [self.counted, self.spread, self.imputed, self.default]
+    }
+}
+
+/// Returns whether a share is that of equal directions.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_even(share: &f64) -> bool {
+    *share == EVEN_SPLIT
+}
+
+/// Returns whether a heading is the default.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_north_east(heading_deg: &f64) -> bool {
+    *heading_deg == NORTH_EAST_DEG
+}
+
+/// Returns a setting by its dotted name; `None` for what stands outside of sections or deeper in them.
+pub fn find(name: &str) -> Option<&'static Setting> {
+    setting::find(&defaults().sections(), name)
+}
+
+/// Returns a scenario of defaults.
+pub fn defaults() -> Scenario {
+    toml::from_str("").expect("every setting has a default")
+}
+
+/// A scenario with all settings that can be given.
+const WHOLE: &str = "name = \"x\"\nsignal.max_green_s = 50\nsignal.lane_width_m = 3.0\n\
+    signal.left_turns = \"permissive\"\n\
+    signal.pedestrian_calls_per_h = 1.0\nfamily.points = \"p\"\nfamily.existing = \"e\"\n\
+                     family.approaches = \"a\"\nfamily.directional_split = 0.55\n\
+                     family.peak_heading_deg = 90\nsignal.turn_on_red = true\n\
+                     demand.heavy_vehicles = 0.03\ndemand.sigma = 0.2\ndemand.impatience = 0.5";
+
+static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let scenario: Scenario = toml::from_str(WHOLE).expect("the text is a scenario");
+    names_of(&Table::try_from(scenario).expect("a scenario is plain data"))
+});
+
+impl Named for Scenario {
+    fn names() -> &'static [String] {
+        &NAMES
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use evaluation::settings::named::Named;
+
+    #[test]
+    fn every_setting_of_a_section_is_in_the_table() {
+        for name in Scenario::names().iter().filter(|name| name.split('.').count() == 2) {
+            assert!(find(name).is_some(), "{name}");
+        }
+        assert_eq!(find("idqn.batch_size").map(|s| s.unit), Some("transitions"));
+        assert!(find("idqn.batch").is_none() && find("title").is_none());
+    }
+
+    #[test]
+    fn every_number_with_a_range_has_its_default_within() {
+        for (name, section) in defaults().sections() {
+            for r in section.ranges() {
+                assert!((r.low..=r.high).contains(&r.value), "{name}.{}", r.name);
+            }
+        }
+    }
+
+    #[test]
+    fn every_setting_is_named() {
+        for table in ["", "family.", "signal.", "demand.", "demand.turn_shares.", "family.bins."] {
+            let text = format!("{table}zzz = 1\n{WHOLE}");
+            let error = toml::from_str::<Scenario>(&text).unwrap_err();
+            let (_, expected) = error.message().split_once("expected").unwrap();
+            let names: Vec<&str> = expected.split('`').skip(1).step_by(2).collect();
+            assert!(names.len() > 2, "{error}");
+            // What inflows rest on is written by `build-networks --osm`, not set by people; which domain reads a file
+            // is said in the file alone; periods have the names that the table gives them.
+            let own = ["inflows", "domain", "periods"];
+            for name in names.into_iter().filter(|name| !own.contains(name)) {
+                let dotted = format!("{table}{name}");
+                let found =
+                    NAMES.iter().any(|s| *s == dotted || s.starts_with(&format!("{dotted}.")));
+                assert!(found, "{dotted}");
+            }
+        }
+    }
 }

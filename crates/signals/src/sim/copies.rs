@@ -78,8 +78,8 @@ fn edits(source: &Source, day_plan: bool, of_copy: &dyn Fn(usize) -> String) -> 
     let gone = scanned.day_plan.iter().filter(|_| !day_plan);
     let gone = gone.map(|at| Edit { at: at.clone(), with: String::new() });
     let names = scanned.named.iter().zip(&source.names);
-    let names = names
-        .filter_map(|(named, file)| Some(Edit { at: named.at.clone(), with: of_copy((*file)?) }));
+    let names =
+        names.filter_map(|((_, at), file)| Some(Edit { at: at.clone(), with: of_copy((*file)?) }));
     let mut edits: Vec<Edit> = scanned.edits.iter().cloned().chain(gone).chain(names).collect();
     edits.sort_by_key(|edit| (edit.at.start, std::cmp::Reverse(edit.at.end)));
     edits

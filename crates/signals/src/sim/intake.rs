@@ -104,20 +104,17 @@ impl Intake {
         }
         let steps_per_second = if fits { steps.round() as u32 } else { 1 };
         let departures = sources.first_departure_s().zip(sources.last_departure_s());
-        notes.extend(departures.filter(|_| begin_s < end_s).and_then(|(first_s, last_s)| {
-            let when = match () {
-                () if first_s >= end_s => {
-                    format!("the first departs at {first_s} s, and the end is at {end_s} s")
-                }
-                () if last_s < begin_s => {
-                    format!("the last departs at {last_s} s, and the begin is at {begin_s} s")
-                }
-                () => return None,
-            };
-            Some(format!(
-                "no vehicle or flow that is known departs in it: {when}; see --begin and --end"
-            ))
-        }));
+        notes.extend(
+            departures.filter(|(first_s, last_s)| {
+                begin_s < end_s && (*first_s >= end_s || *last_s < begin_s)
+            })
+            .map(|(first_s, last_s)| {
+                format!(
+                    "no vehicle or flow that is known departs in it: they depart from {first_s} s to {last_s} s, and it lasts \
+                     from {begin_s} s to {end_s} s; see --begin and --end"
+                )
+            }),
+        );
         notes.extend(said("begin", given.begin_s, Some(config.begin_s)));
         notes.extend(said("end", given.end_s, config.end_s));
         notes.extend(said("step-length", given.step_length_s, Some(config.step_length_s)));
@@ -158,41 +155,41 @@ impl Intake {
     /// has one, and where its files could not all be read.
     pub fn lacks_vehicles(&self) -> Option<Obstacle> {
         let files = &self.sources.files;
-        if !self.may_load() || files.iter().any(|file| file.scanned.departures.has_vehicles) {
+        if !self.may_load() || files.iter().any(|file| file.scanned.has_vehicles) {
             return None;
         }
-        let others = files.iter().filter(|file| file.scanned.departures.has_others);
-        let others: Vec<String> = others.map(|file| file.path.display().to_string()).collect();
-        let reason = match others.is_empty() {
-            true => "none of its files has a vehicle".to_owned(),
-            false => format!(
-                "none of its files has a vehicle, only people or containers ({})",
-                others.join(", ")
-            ),
-        };
+        let others = files.iter().any(|file| file.scanned.has_others);
+        let others = if others { ", only people or containers" } else { "" };
+        let reason = format!("none of its files has a vehicle{others}");
         let way = Way::Change("add vehicles, trips or flows, whose delay a run compares");
         Some(Obstacle { place: self.path.display().to_string(), reason, way })
     }
 
-    /// Says which of its files a newer SUMO has written than the one that is installed.
-    ///
-    /// # Arguments
-    ///
-    /// * `installed` — such as `SUMO 1.15.0`.
+    /// Says which of its networks a newer SUMO has written than the one that is installed, such as `SUMO 1.15.0`.
     pub fn newer_than(&self, installed: &str) -> Option<String> {
-        let own = first_version(installed)?;
-        let newer = self.sources.files.iter().filter_map(|file| {
+        let own = version_in(installed)?;
+        self.config.networks().find_map(|network| {
             let mut start = Vec::new();
-            open(&file.path).ok()?.take(HEADER).read_to_end(&mut start).ok()?;
-            let version = written_by(&String::from_utf8_lossy(&start))?;
-            (version > own).then(|| (version, file.path.display().to_string()))
-        });
-        let ((major, minor), file) = newer.max()?;
-        Some(format!(
-            "{file} was written by SUMO {major}.{minor}, and {installed} is installed, which may not read all of it; \
-             docs/install.md says how to use another SUMO"
-        ))
+            open(network).ok()?.take(HEADER).read_to_end(&mut start).ok()?;
+            let start = String::from_utf8_lossy(&start);
+            let (_, net) = start.split_once("<net ")?;
+            let (major, minor) = version_in(net.split_once("version=\"")?.1)?;
+            ((major, minor) > own).then(|| {
+                format!(
+                    "{} is of SUMO {major}.{minor}, and {installed} is installed, which may not read all of it; \
+                     docs/install.md says how to use another SUMO",
+                    network.display()
+                )
+            })
+        })
     }
+}
+
+/// Returns the first version in a text: two numbers.
+fn version_in(text: &str) -> Option<(u32, u32)> {
+    let begin = text.find(|c: char| c.is_ascii_digit())?;
+    let mut numbers = text[begin..].split(|c: char| !c.is_ascii_digit());
+    Some((numbers.next()?.parse().ok()?, numbers.next()?.parse().ok()?))
 }
 
 /// Returns the end that is proposed, seconds.
@@ -206,31 +203,6 @@ fn said(what: &str, given: Option<f64>, own: Option<f64>) -> Option<String> {
     let given = given.filter(|given| Some(*given) != own)?;
     let own = own.map_or_else(|| "no".to_owned(), |own| format!("its own {own} s as"));
     Some(format!("--{what} {given} in place of {own} {what}"))
-}
-
-/// Returns the first version in a text that has two numbers or more.
-fn first_version(text: &str) -> Option<(u32, u32)> {
-    let begin = text.find(|c: char| c.is_ascii_digit())?;
-    let mut numbers = text[begin..].split(|c: char| !c.is_ascii_digit());
-    Some((numbers.next()?.parse().ok()?, numbers.next()?.parse().ok()?))
-}
-
-/// Returns the version of SUMO that a file says at its beginning that it is written by, or needs.
-fn written_by(start: &str) -> Option<(u32, u32)> {
-    let after =
-        |mark: &str| start.split_once(mark).and_then(|(_, rest)| rest.get(..rest.len().min(12)));
-    let said = start.contains("SUMO").then(|| after("Version ")).flatten();
-    let net = start.find("<net ").and_then(|at| {
-        let element = &start[at..start[at..].find('>').map_or(start.len(), |end| at + end)];
-        element.split_once("version=\"").map(|(_, rest)| rest)
-    });
-    said.and_then(plain_version).max(net.and_then(plain_version))
-}
-
-/// Returns a version that a text begins with.
-fn plain_version(text: &str) -> Option<(u32, u32)> {
-    let text = text.trim_start_matches('v');
-    text.starts_with(|c: char| c.is_ascii_digit()).then(|| first_version(text)).flatten()
 }
 
 #[cfg(test)]
@@ -309,12 +281,10 @@ mod tests {
             let options = format!("<begin v='{begin}'/><end v='{end}'/>");
             read(&options, routes, &Given::default()).notes.join("\n")
         };
-        let expected = "no vehicle or flow that is known departs in it: the first departs at 900 s, and the end is at \
-                        900 s; see --begin and --end";
+        let expected = "no vehicle or flow that is known departs in it: they depart from 900 s to 900 s, and it lasts from 0 s \
+                        to 900 s; see --begin and --end";
         assert_eq!((told("0", "900").as_str(), told("0", "901").as_str()), (expected, ""));
-        assert!(
-            told("901", "1800").contains("the last departs at 900 s, and the begin is at 901 s")
-        );
+        assert!(told("901", "1800").starts_with("no vehicle"));
     }
 
     #[test]
@@ -326,8 +296,12 @@ mod tests {
         };
         let person = "<person id='p' depart='0'><walk edges='a b'/></person>";
         let said = lacks(&format!("<r>{person}</r>")).unwrap();
-        assert!(said.contains("a.sumocfg: none of its files has a vehicle, only people"), "{said}");
-        assert!(said.contains("r.xml); add vehicles, trips or flows"), "{said}");
+        assert!(
+            said.contains(
+                "a.sumocfg: none of its files has a vehicle, only people or containers; add"
+            ),
+            "{said}"
+        );
         let said = lacks("<r/>").unwrap();
         assert!(said.contains("a.sumocfg: none of its files has a vehicle; add"), "{said}");
         assert_eq!(lacks(&format!("<r>{person}<trip id='t' depart='900'/></r>")), None);
@@ -346,24 +320,18 @@ mod tests {
     }
 
     #[test]
-    fn a_file_of_a_newer_sumo_is_named() {
-        let header = "<!-- generated on 2024-01-01 by Eclipse SUMO netconvert Version 1.20.0\n-->";
-        for (text, version) in [
-            (header, Some((1, 20))),
-            ("<!-- Eclipse SUMO activitygen Version v1_8_0+0052 -->", Some((1, 8))),
-            ("<?xml version=\"1.0\"?>\n<net version=\"1.16\" lefthand=\"true\">", Some((1, 16))),
-            ("<?xml version=\"1.0\"?><routes/>", None),
-            ("<!-- my Version 7.5 -->", None),
-        ] {
-            assert_eq!(written_by(text), version, "{text}");
-        }
+    fn a_network_of_a_newer_sumo_is_named() {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("n.xml"), format!("{header}<net/>")).unwrap();
+        fs::write(
+            folder.path().join("n.xml"),
+            "<?xml version=\"1.0\"?>\n<net a='b' version=\"1.20\"/>",
+        )
+        .unwrap();
         let config = folder.path().join("a.sumocfg");
         fs::write(&config, "<c><n v='n.xml'/><e v='9'/></c>").unwrap();
         let intake = Intake::read(&config, &Given::default()).unwrap();
         let said = intake.newer_than("SUMO 1.15.0").unwrap();
-        assert!(said.contains("n.xml was written by SUMO 1.20, and SUMO 1.15.0 is installed"));
+        assert!(said.contains("n.xml is of SUMO 1.20, and SUMO 1.15.0 is installed"), "{said}");
         assert_eq!(intake.newer_than("SUMO 1.20.0"), None);
     }
 }

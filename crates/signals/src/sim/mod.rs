@@ -7,7 +7,6 @@
 //!   not `Send`, and a second simulation in the same process is [`SimError::AlreadyRunning`].
 
 pub mod copies;
-mod departures;
 pub mod error;
 pub mod intake;
 #[cfg(feature = "libsumo")]

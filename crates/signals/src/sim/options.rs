@@ -29,22 +29,10 @@ pub enum Kind {
     Refused(&'static str, Accept),
 }
 
-/// Short names of options, with the long ones.
-const SHORT: [(&str, &str); 13] = [
-    ("n", "net-file"),
-    ("net", "net-file"),
-    ("r", "route-files"),
-    ("routes", "route-files"),
-    ("a", "additional-files"),
-    ("additional", "additional-files"),
-    ("w", "weight-files"),
-    ("weights", "weight-files"),
-    ("b", "begin"),
-    ("e", "end"),
-    ("s", "route-steps"),
-    ("x", "weight-attribute"),
-    ("measure", "weight-attribute"),
-];
+/// Short names of options, each before its long one.
+const SHORT: &str = "n net-file net net-file r route-files routes route-files a additional-files \
+    additional additional-files w weight-files weights weight-files b begin e end s route-steps \
+    x weight-attribute measure weight-attribute";
 
 /// Options that are lists of files.
 const FILES: [&str; 4] = ["net-file", "route-files", "additional-files", "weight-files"];
@@ -59,46 +47,36 @@ const LEFT_OUT: &str = include_str!("options/left_out.txt");
 const OUTPUT: &str = "-output";
 
 /// Options that are left out with a warning, by how they begin, and what they would have done.
-const DROPPED: [(&str, &str); 10] = [
+const DROPPED: [(&str, &str); 4] = [
     (
-        "remote-port",
+        "remote-port num-clients pedestrian.remote",
         "nothing connects, and SUMO waits for nobody; what another program would steer stays as it is",
     ),
-    ("num-clients", "nothing connects, and SUMO waits for nobody"),
-    ("pedestrian.remote", "it would connect to another program"),
-    ("pedestrian.jupedsim.wkt", "it would write a file"),
-    ("pedestrian.jupedsim.py", "it would write a file"),
-    ("configuration-file", "one configuration is read, this one"),
-    ("astar", "its tables only make routing faster"),
-    ("phemlight", "emissions are not computed"),
-    ("selection-file", "only SUMO's window reads it"),
+    ("pedestrian.jupedsim.wkt pedestrian.jupedsim.py", "it would write a file"),
+    (
+        "configuration-file astar phemlight selection-file",
+        "one configuration is read, this one, and no emissions; tables and selections change no result",
+    ),
     ("device.tripinfo", "the delay of every vehicle counts"),
 ];
 
 /// Options that stand in the way, by how they begin, why, and what to accept.
-const REFUSED: [(&str, &str, Accept); 3] = [
+const REFUSED: [(&str, &str, Accept); 2] = [
     (
         "load-state",
         "a saved state is read by no controller and hashed by no run, so the streets would be empty at the start",
         Accept::EmptyStart,
     ),
     (
-        "device.fcd-replay.files",
-        "vehicles that follow a record take no notice of signals, so it would be left out",
-        Accept::UnknownOptions,
-    ),
-    (
-        "alternative-net-file",
-        "only the first network is read, so it would be left out",
+        "device.fcd-replay.files alternative-net-file",
+        "vehicles that follow a record take no notice of signals, and only the first network is read, so it would be left \
+         out",
         Accept::UnknownOptions,
     ),
 ];
 
 /// What is said of an option that nobody has looked at.
 const UNKNOWN: &str = "it is none that is known to be safe and to shape traffic (is it spelt right?), so it would be left out";
-
-/// What collisions do with vehicles.
-const COLLISIONS: [&str; 2] = ["collision.action", "intermodal-collision.action"];
 
 /// Values that are false for SUMO.
 ///
@@ -112,40 +90,29 @@ pub fn replaced(name: &str, value: &str) -> Option<(&'static str, &'static str)>
     let number = value.parse::<f64>().ok();
     let is_negative = number.is_some_and(|value| value < 0.0);
     let is_false = FALSE.contains(&value.as_str());
-    match name {
-        "max-depart-delay" if !is_negative => Some((
-            "-1",
-            "it leaves vehicles that wait to enter out of the delay, and these differ between methods",
-        )),
-        "max-num-teleports" if !is_negative => {
-            Some(("-1", "it ends a simulation early, depending on the method"))
+    let (applies, other, why) = match name {
+        "max-depart-delay" => {
+            (!is_negative, "-1", "it leaves vehicles that wait to enter out of the delay")
         }
-        "time-to-teleport.remove" if !is_false => Some((
-            "false",
-            "it ends the delay of vehicles that stand, and these differ between methods",
-        )),
-        "time-to-teleport.highways" if number.is_none_or(|value| value > 0.0) => {
-            Some(("0", "it moves vehicles that stand, and these differ between methods"))
+        "max-num-teleports" => (!is_negative, "-1", "it ends a simulation early"),
+        "time-to-teleport.remove" => {
+            (!is_false, "false", "it ends the delay of vehicles that stand")
         }
-        "time-to-teleport.disconnected" if !is_negative => {
-            Some(("-1", "it moves vehicles that stand, and these differ between methods"))
+        "time-to-teleport.highways" => {
+            (number.is_none_or(|value| value > 0.0), "0", "it moves vehicles that stand")
         }
-        name if COLLISIONS.contains(&name) && value == "remove" => Some((
-            "warn",
-            "it ends the delay of vehicles that collide, and these differ between methods",
-        )),
-        "pedestrian.model" if value == "remote" => {
-            Some(("striping", "it would connect to another program"))
+        "time-to-teleport.disconnected" => (!is_negative, "-1", "it moves vehicles that stand"),
+        "collision.action" | "intermodal-collision.action" => {
+            (value == "remove", "warn", "it ends the delay of vehicles that collide")
         }
-        "mesosim" if !is_false => Some((
-            "false",
-            "the mesoscopic model has no lanes and no queues that a controller could see",
-        )),
-        "tls.all-off" if !is_false => {
-            Some(("false", "it switches all signals off, so that there is nothing to control"))
+        "pedestrian.model" => {
+            (value == "remote", "striping", "it would connect to another program")
         }
-        _ => None,
-    }
+        "mesosim" => (!is_false, "false", "the mesoscopic model has no lanes and no queues to see"),
+        "tls.all-off" => (!is_false, "false", "it switches all signals off"),
+        _ => return None,
+    };
+    applies.then_some((other, why))
 }
 
 /// Returns what has to be accepted before an option gets its [other value](replaced); `None` where a warning is enough.
@@ -165,7 +132,13 @@ pub fn validates(name: &str, value: &str) -> bool {
 
 /// Returns the long name of an option, where it has a short one that counts here.
 pub fn long(name: &str) -> &str {
-    SHORT.iter().find(|(short, _)| *short == name).map_or(name, |(_, long)| long)
+    let mut words = SHORT.split_whitespace();
+    while let (Some(short), Some(long)) = (words.next(), words.next()) {
+        if short == name {
+            return long;
+        }
+    }
+    name
 }
 
 /// Returns what is done with an option, given its long name.
@@ -182,10 +155,11 @@ pub fn kind(name: &str) -> Kind {
     if is_output || among(LEFT_OUT) {
         return Kind::LeftOut;
     }
-    if let Some((_, why)) = DROPPED.iter().find(|(start, _)| name.starts_with(start)) {
+    let begins = |starts: &str| starts.split_whitespace().any(|start| name.starts_with(start));
+    if let Some((_, why)) = DROPPED.iter().find(|(starts, _)| begins(starts)) {
         return Kind::Dropped(why);
     }
-    let known = REFUSED.iter().find(|(start, ..)| name.starts_with(start));
+    let known = REFUSED.iter().find(|(starts, ..)| begins(starts));
     let (_, why, accept) = known.unwrap_or(&("", UNKNOWN, Accept::UnknownOptions));
     Kind::Refused(why, *accept)
 }

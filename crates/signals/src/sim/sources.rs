@@ -52,56 +52,57 @@ impl Sources {
     /// * `accept` — what the user accepts: files that lie in none of the folders that the configuration names, and networks
     ///   without classes of vehicles that only a newer SUMO knows.
     pub fn of(config: &SumoConfig, accept: &BTreeSet<Accept>) -> Self {
-        let outside = accept.contains(&Accept::OutsideFiles);
         let mut all = Self::default();
         let mut known: BTreeMap<PathBuf, usize> = BTreeMap::new();
-        let mut folders = Vec::new();
+        let folder_of = |path: &Path| path.parent().unwrap_or(Path::new("")).join(".");
+        let mut folders: Vec<PathBuf> =
+            config.folder.iter().map(|folder| folder.join(".")).collect();
         for (name, path) in &config.files {
-            folders.extend(path.parent().map(real));
+            folders.push(folder_of(path));
             all.add(&mut known, name.clone(), path.clone());
         }
-        folders.extend(config.folder.as_deref().map(real));
+        let folders: Vec<PathBuf> =
+            folders.iter().filter_map(|folder| folder.canonicalize().ok()).collect();
         let mut next = 0;
         while let Some(Source { name, path, .. }) = all.files.get(next).cloned() {
-            let scanned = match path.metadata() {
-                Err(_) if name.contains('\\') => Err((
-                    "the scenario names it in the way of Windows".to_owned(),
-                    "write slashes, and the way from the folder of the file that names it",
-                )),
-                Err(_) => {
-                    Err(("the scenario names it, but it cannot be read".to_owned(), "add it"))
-                }
-                Ok(_) => {
-                    let scanned = scan(&path, &|| open(&path));
-                    scanned.map_err(|e| (e.reason.to_string(), ""))
+            let blocked = |reason: String, way: Way| {
+                let place = path.display().to_string();
+                Obstacle { place, reason, way }
+            };
+            let mut scanned = match open(&path) {
+                Ok(opened) => scan(&path, opened),
+                Err(e) => {
+                    let (reason, change) = match path.exists() {
+                        true => (e.reason.to_string(), ""),
+                        false if name.contains('\\') => (
+                            "the scenario names it in the way of Windows".to_owned(),
+                            "write slashes, and the way from the folder of the file that names it",
+                        ),
+                        false => {
+                            ("the scenario names it, but it cannot be read".to_owned(), "add it")
+                        }
+                    };
+                    all.obstacles.push(blocked(reason, Way::Change(change)));
+                    Scanned::default()
                 }
             };
-            let mut scanned = scanned.unwrap_or_else(|(reason, change)| {
-                let (place, way) = (path.display().to_string(), Way::Change(change));
-                all.obstacles.push(Obstacle { place, reason, way });
-                Scanned::default()
-            });
             all.obstacles.append(&mut scanned.obstacles);
             if accept.contains(&Accept::NewerClasses) {
                 scanned.edits.extend(scanned.newer_classes.iter().cloned());
             }
             let mut names = Vec::new();
-            for named in &scanned.named {
-                let beside = |of: &Path| of.parent().unwrap_or(Path::new("")).join(&named.name);
+            for (named, _) in &scanned.named {
+                let beside = |of: &Path| of.parent().unwrap_or(Path::new("")).join(named);
                 let file = beside(&path);
-                // Of a pipe or device, what it is is said when it is opened.
-                let strange = file.metadata().is_ok_and(|about| !about.is_file());
-                let within = || folders.iter().any(|folder| real(&file).starts_with(folder));
-                let inside = outside || strange || within();
+                // Of what is not there, that is what is said.
+                let is_within =
+                    |real: PathBuf| folders.iter().any(|folder| real.starts_with(folder));
+                let inside = accept.contains(&Accept::OutsideFiles)
+                    || file.canonicalize().map_or(true, is_within);
                 if !inside {
-                    all.obstacles.push(Obstacle {
-                        place: path.display().to_string(),
-                        reason: format!(
-                            "it draws in {}, which lies outside the scenario",
-                            file.display()
-                        ),
-                        way: Way::Accept(Accept::OutsideFiles),
-                    });
+                    let reason =
+                        format!("it draws in {}, which lies outside the scenario", file.display());
+                    all.obstacles.push(blocked(reason, Way::Accept(Accept::OutsideFiles)));
                 }
                 let name = beside(Path::new(&name)).display().to_string();
                 names.push(inside.then(|| all.add(&mut known, name, file)));
@@ -110,8 +111,7 @@ impl Sources {
             next += 1;
             if all.files.len() > MOST {
                 let reason = format!("it draws in more than {MOST} files");
-                let place = path.display().to_string();
-                all.obstacles.push(Obstacle { place, reason, way: Way::Change("") });
+                all.obstacles.push(blocked(reason, Way::Change("")));
                 break;
             }
         }
@@ -144,12 +144,12 @@ impl Sources {
 
     /// Returns the earliest departure of a vehicle, seconds.
     pub fn first_departure_s(&self) -> Option<f64> {
-        self.files.iter().filter_map(|file| file.scanned.departures.first_s).reduce(f64::min)
+        self.files.iter().filter_map(|file| file.scanned.first_s).reduce(f64::min)
     }
 
     /// Returns the latest departure of a vehicle or end of a flow, seconds.
     pub fn last_departure_s(&self) -> Option<f64> {
-        self.files.iter().filter_map(|file| file.scanned.departures.last_s).reduce(f64::max)
+        self.files.iter().filter_map(|file| file.scanned.last_s).reduce(f64::max)
     }
 
     /// Says what counts in place of what the files say.
@@ -163,11 +163,10 @@ impl Sources {
         for file in &self.files {
             notes.extend(file.scanned.notes.iter().cloned());
         }
-        let drawn = self.files.iter();
-        let drawn = drawn.filter_map(|file| {
-            Some((file.path.display(), file.scanned.departures.first_drawn.as_ref()?))
-        });
-        notes.extend(drawn.take(1).map(|(file, flow)| {
+        let drawn = |file: &Source| {
+            Some((file.path.display().to_string(), file.scanned.first_drawn.clone()?))
+        };
+        notes.extend(self.files.iter().find_map(drawn).map(|(file, flow)| {
             format!(
                 "SUMO draws the vehicles of flows with `probability` or `period=\"exp(...)\"` from the seed, so that episodes \
                  have other vehicles, the first flow in {file}: {flow}"
@@ -182,20 +181,6 @@ impl Sources {
         }
         notes
     }
-}
-
-/// Returns where a file or folder really is, or what is known of that.
-fn real(path: &Path) -> PathBuf {
-    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
-    path.canonicalize().unwrap_or_else(|_| {
-        // Of what is not there, the folder decides.
-        let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-        let folder = folder.and_then(|parent| parent.canonicalize().ok());
-        match (folder, path.file_name()) {
-            (Some(folder), Some(name)) => folder.join(name),
-            _ => path.to_path_buf(),
-        }
-    })
 }
 
 /// Returns a file that may be compressed, opened; more than 16 GiB are not read of it.
