@@ -11,15 +11,13 @@ use crate::angle::turn_degrees;
 /// Most steps that a search for ways across one site takes.
 const MAX_STEPS: usize = 20_000;
 
-/// Turn restrictions by the way that they start on.
 #[derive(Debug, Default)]
-pub struct Restrictions<'a> {
+pub(super) struct Restrictions<'a> {
     by_from: HashMap<i64, Vec<&'a Restriction>>,
 }
 
 impl<'a> Restrictions<'a> {
-    /// Returns the restrictions of an extract that hold in the hour that begins at a time.
-    pub fn new(extract: &'a Extract, time_of_day: f64) -> Self {
+    pub(super) fn new(extract: &'a Extract, time_of_day: f64) -> Self {
         let mut by_from: HashMap<i64, Vec<&Restriction>> = HashMap::new();
         for restriction in extract.restrictions.iter().filter(|r| r.holds(time_of_day)) {
             by_from.entry(restriction.from).or_default().push(restriction);
@@ -27,11 +25,10 @@ impl<'a> Restrictions<'a> {
         Self { by_from }
     }
 
-    /// Returns whether traffic that came along `path` may take `next`; consecutive steps on one way
-    /// are one.
+    /// Consecutive steps on one way are one.
     fn allow(&self, graph: &Graph<'_>, path: &[Step], next: Step) -> bool {
         let last = path[path.len() - 1];
-        let node = graph.extract.nodes.id(graph.source(next) as usize);
+        let node = graph.extract.nodes.ids[graph.source(next) as usize];
         let to = graph.way(next).id;
         let at_node = self.by_from.get(&graph.way(last).id).into_iter().flatten();
         let by_node: Vec<_> = at_node.filter(|r| r.via == Via::Node(node)).collect();
@@ -52,11 +49,9 @@ impl<'a> Restrictions<'a> {
     }
 }
 
-/// Returns the pairs of arms between which traffic can cross a site.
-///
 /// A way around the centre of the junction in the wrong sense, such as three left turns instead of
 /// a forbidden right turn, does not count.
-pub fn crossings(
+pub(super) fn crossings(
     graph: &Graph<'_>,
     restrictions: &Restrictions<'_>,
     around: &Surroundings,
@@ -103,7 +98,6 @@ pub fn crossings(
     found
 }
 
-/// Returns the arm on which a slip lane ends.
 fn merged_into(graph: &Graph<'_>, around: &Surroundings, arms: &[Arm], node: u32) -> Option<usize> {
     arms.iter().position(|arm| {
         arm.legs
@@ -117,14 +111,11 @@ fn merged_into(graph: &Graph<'_>, around: &Surroundings, arms: &[Arm], node: u32
 /// How a path has turned so far. Steps that are too short for a direction turn nothing.
 #[derive(Clone, Copy, Default)]
 struct Turned {
-    /// Its first and last direction.
     ends_deg: Option<(f64, f64)>,
-    /// All its turns.
     sum_deg: f64,
 }
 
 impl Turned {
-    /// Returns the turns of a path that goes on in a direction.
     fn on(self, heading_deg: Option<f64>) -> Self {
         let Some(heading_deg) = heading_deg else { return self };
         let (first, last) = self.ends_deg.unwrap_or((heading_deg, heading_deg));
@@ -148,7 +139,6 @@ struct Search<'s, 'g> {
 }
 
 impl Search<'_, '_> {
-    /// Goes on from the end of a path that has turned so far.
     fn visit(&mut self, path: &mut Vec<Step>, turned: Turned, reached: &mut BTreeSet<usize>) {
         let last = path[path.len() - 1];
         let graph = self.graph;

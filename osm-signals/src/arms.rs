@@ -3,9 +3,10 @@
 use std::cmp::Reverse;
 use std::collections::HashSet;
 
-use super::drawn::once;
+use geo::{Coord, Densify, Distance, Euclidean, LineString, Point};
+
 use super::extract::Place;
-use super::geometry::{bearing_deg, middle};
+use super::geometry::{Plane, bearing_deg, middle};
 use super::graph::{Chain, Graph, Step};
 use super::legs::{Leg, Slip, SlipKind, Surroundings};
 use super::settings::Settings;
@@ -33,6 +34,16 @@ const BESIDE_DEG: f64 = 15.0;
 
 /// Largest angle between legs that no network could keep apart, degrees.
 const SAME_DEG: f64 = 10.0;
+
+/// Farthest that two drawings of one street may be apart, metres: less than half a lane.
+const OVER_M: f64 = 1.5;
+
+/// How far two drawings of one street are compared, and at least have to be, metres.
+const COMPARED_M: f64 = 60.0;
+const LEAST_M: f64 = 15.0;
+
+/// Distance of the places that are compared, metres.
+const STEP_M: f64 = 5.0;
 
 /// One arm of an intersection.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,14 +84,12 @@ pub struct Arm {
     pub name: Option<String>,
     /// The street from the junction outwards.
     pub places: Vec<Place>,
-    /// Legs that it is made of, by their position in [`Surroundings::legs`].
-    pub legs: Vec<usize>,
-    /// Slip lanes that leave it, by their position in [`Surroundings::slips`].
-    pub slips: Vec<usize>,
+    /// Positions of its legs, and of the slip lanes that leave it, around its site.
+    pub(crate) legs: Vec<usize>,
+    pub(crate) slips: Vec<usize>,
 }
 
-/// Returns the arms of a site, sorted by bearing.
-pub fn arms(
+pub(crate) fn arms(
     graph: &Graph<'_>,
     streets: &Streets,
     settings: &Settings,
@@ -111,7 +120,6 @@ pub fn arms(
     }
 }
 
-/// Returns the legs that are one arm each.
 fn join(graph: &Graph<'_>, legs: &[Leg]) -> Vec<Vec<usize>> {
     let mut group: Vec<usize> = (0..legs.len()).collect();
     let mut merge = |a: usize, b: usize| {
@@ -253,7 +261,7 @@ fn arm(
         speed_mph,
         speed_source,
         length_m,
-        cut: graph.is_cut(end) || graph.is_open_fork(end),
+        cut: graph.cut.contains(&end) || graph.is_open_fork(end),
         clamped: !(settings.intersections.min_length_m..=settings.intersections.max_length_m)
             .contains(&length_m),
         drawn_twice,
@@ -265,8 +273,7 @@ fn arm(
     }
 }
 
-/// Returns the speed limit of a leg: that of the tagged piece nearest to the junction, or what the
-/// class of its first piece suggests.
+/// That of the tagged piece nearest to the junction, or what the class of the first piece suggests.
 fn speed_mph(graph: &Graph<'_>, streets: &Streets, leg: &Leg) -> (f64, Source) {
     let limit = |step: &Step| {
         let travel = if leg.inbound { step.reversed() } else { *step };
@@ -276,17 +283,15 @@ fn speed_mph(graph: &Graph<'_>, streets: &Streets, leg: &Leg) -> (f64, Source) {
     limits.find(|(_, source)| *source == Source::Tagged).unwrap_or(limit(&leg.first()))
 }
 
-/// Returns whether a slip lane leaves a leg between a piece of it, by its position from the junction, and the
-/// junction, so that it is among the lanes of that piece.
+/// Whether a slip lane leaves between a piece of a leg and the junction, so that it is among the lanes of the piece.
 fn forks_after(leg: &Leg, piece: usize, slip: &Slip, lanes: &Lanes) -> bool {
     let SlipKind::Before(leaves) = slip.kind else { return false };
     let fork = leg.chain.steps.iter().position(|s| s.piece == leaves.piece);
     fork.is_some_and(|fork| piece > fork) && lanes.lanes > 1
 }
 
-/// Returns the lanes of a leg and the piece that they are of, by its position from the junction: of the pieces near the junction the first with marked turns, as long
-/// as it has the lanes of the very first piece or that one is untagged; else the first with a tagged
-/// number; else the very first.
+/// The lanes and their piece, by its position from the junction: near it the first with marked turns, as long as it has the
+/// lanes of the very first piece or that one is untagged; else the first with a tagged number; else the very first.
 fn at_stop_line(
     graph: &Graph<'_>,
     streets: &Streets,
@@ -315,8 +320,7 @@ fn at_stop_line(
     marked.or(tagged).map_or((first, 0), |piece| (near[piece], piece))
 }
 
-/// Returns the length of an arm, its places, and the node where it ends; where its carriageways
-/// join before the next junction, the street goes on.
+/// Where its carriageways join before the next junction, the street goes on.
 fn extent(graph: &Graph<'_>, legs: &[&Leg], main: &Leg) -> (f64, Vec<Place>, u32) {
     let (mut length_m, mut places) = (main.length_m, graph.places(&main.chain));
     let end = main.chain.end;
@@ -333,20 +337,58 @@ fn extent(graph: &Graph<'_>, legs: &[&Leg], main: &Leg) -> (f64, Vec<Place>, u32
     (length_m, places, end)
 }
 
-/// Returns the direction from the centre to the middle of the legs' places.
 fn bearing(centre: Place, legs: &[&Leg]) -> f64 {
     let middle = middle(legs.iter().map(|leg| leg.towards));
     middle.map_or(0.0, |middle| normalise_degrees(bearing_deg(centre, middle)))
 }
 
-/// Returns whether a step, as traffic comes in, is part of a leg.
 fn is_on(leg: &Leg, step: Step) -> bool {
     leg.chain.steps.iter().any(|s| s.piece == step.piece)
 }
 
-/// Returns whether a slip lane turns left from the street that it leaves.
 fn turns_left(graph: &Graph<'_>, slip: &Slip) -> bool {
     let SlipKind::Before(leaves) = slip.kind else { return false };
     let last = slip.steps[slip.steps.len() - 1];
     turn_degrees(graph.direction(leaves), graph.direction(last)) < 0.0
+}
+
+/// Returns the legs without those that are drawn over another one which carries their traffic too: of two that
+/// carry the same, the better one by `worth` stays.
+fn once<'l, W: Ord>(
+    graph: &Graph<'_>,
+    legs: &[&'l Leg],
+    worth: &dyn Fn(&Leg) -> W,
+) -> Vec<&'l Leg> {
+    let covers = |a: &Leg, b: &Leg| (a.inbound || !b.inbound) && (a.outbound || !b.outbound);
+    let stays = |i: usize| {
+        let b = legs[i];
+        !legs.iter().enumerate().any(|(j, a)| {
+            let better = || (worth(a), j) < (worth(b), i);
+            i != j && covers(a, b) && (!covers(b, a) || better()) && is_over(graph, a, b)
+        })
+    };
+    (0..legs.len()).filter(|i| stays(*i)).map(|i| legs[i]).collect()
+}
+
+/// Returns whether two legs are one street, drawn twice: as far as both go they are nowhere apart.
+fn is_over(graph: &Graph<'_>, a: &Leg, b: &Leg) -> bool {
+    let (a, b) = (graph.places(&a.chain), graph.places(&b.chain));
+    let plane = Plane::around(a[0]);
+    let flat = |places: &[Place]| -> LineString<f64> {
+        let at = |p: &Place| plane.flat(Coord { x: p.longitude(), y: p.latitude() });
+        places.iter().map(at).collect()
+    };
+    let (a_line, b_line) = (flat(&a), flat(&b));
+    let start = a_line.0[0];
+    let far = |line: &LineString<f64>| {
+        let from_start = |c: &Coord<f64>| (c.x - start.x).hypot(c.y - start.y);
+        line.0.iter().map(from_start).fold(0.0, f64::max)
+    };
+    let reach_m = far(&a_line).min(far(&b_line)).min(COMPARED_M);
+    let near = |line: &LineString<f64>, other: &LineString<f64>| {
+        let points = Euclidean.densify(line, STEP_M).into_inner();
+        let within = |c: &&Coord<f64>| (c.x - start.x).hypot(c.y - start.y) <= reach_m;
+        points.iter().filter(within).all(|c| Euclidean.distance(&Point(*c), other) <= OVER_M)
+    };
+    reach_m >= LEAST_M && near(&a_line, &b_line) && near(&b_line, &a_line)
 }

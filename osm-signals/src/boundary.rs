@@ -33,7 +33,8 @@ const RING: usize = 4;
 pub struct Boundary {
     /// `None` if it is the box of its bounds.
     polygons: Option<IntervalTreeMultiPolygon<f64>>,
-    bounds: Rect<f64>,
+    /// The smallest box around it: x is the longitude and y the latitude, degrees.
+    pub bounds: Rect<f64>,
 }
 
 impl fmt::Debug for Boundary {
@@ -49,10 +50,7 @@ impl Boundary {
     /// Returns the boundary that an argument names: `WEST,SOUTH,EAST,NORTH` in degrees, or the
     /// path of a GeoJSON file with a Polygon or MultiPolygon.
     ///
-    /// # Errors
-    ///
-    /// [`OsmError`] when the box is empty, outside the world or in another order, or when the file
-    /// cannot be read or holds anything but polygons in WGS 84.
+    /// Fails on a box that is empty, outside the world or in another order, and on a file of anything but polygons in WGS 84.
     ///
     /// # Examples
     ///
@@ -75,10 +73,6 @@ impl Boundary {
     }
 
     /// Reads a boundary from the bytes of a GeoJSON file; `path` is for messages only.
-    ///
-    /// # Errors
-    ///
-    /// [`OsmError`] when it holds anything but polygons in WGS 84.
     pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self, OsmError> {
         let mut polygons = Vec::new();
         match features::read::<GeoJson>(bytes, path, POLYGONS)? {
@@ -111,11 +105,6 @@ impl Boundary {
             let at = Coord { x: place.longitude() + turn, y: place.latitude() };
             self.bounds.contains(&at) && self.polygons.as_ref().is_none_or(|p| p.contains(&at))
         })
-    }
-
-    /// Returns the smallest box around it: x is the longitude and y the latitude, degrees.
-    pub fn bounds(&self) -> Rect<f64> {
-        self.bounds
     }
 
     fn from_numbers(numbers: &[Option<f64>]) -> Result<Self, String> {
@@ -152,7 +141,6 @@ fn add(
     }
 }
 
-/// Returns a polygon; `None` if it has no ring.
 fn polygon(rings: &PolygonType) -> Result<Option<Polygon<f64>>, String> {
     let ring = |ring: &Vec<geojson::Position>| {
         if ring.len() < RING {
@@ -192,7 +180,7 @@ mod tests {
         let boundary = Boundary::parse(" -112.0, 40.7,-111.8,40.8 ").unwrap();
         assert!(boundary.contains(at(40.75, -111.9)) && !boundary.contains(at(40.7, -112.0)));
         assert!(!boundary.contains(at(40.81, -111.9)) && !boundary.contains(at(40.75, -112.01)));
-        assert_eq!(boundary.bounds().min(), Coord { x: -112.0, y: 40.7 });
+        assert_eq!(boundary.bounds.min(), Coord { x: -112.0, y: 40.7 });
     }
 
     #[test]
@@ -220,7 +208,7 @@ mod tests {
                 let boundary = read(text).unwrap();
                 assert!(boundary.contains(at(0.5, 0.5)) && !boundary.contains(at(0.0, 2.0)));
                 assert!(!boundary.contains(at(2.0, 2.0)) && !boundary.contains(at(5.0, 2.0)));
-                assert_eq!(boundary.bounds().max(), Coord { x: 4.0, y: 4.0 });
+                assert_eq!(boundary.bounds.max(), Coord { x: 4.0, y: 4.0 });
             }
         }
     }

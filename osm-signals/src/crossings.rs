@@ -18,10 +18,6 @@ const STREETS: usize = 3;
 
 /// Returns the junctions of which every street has a crossing with a signal, sorted; the crossings with the
 /// two carriageways of a divided street are looked at together.
-///
-/// # Arguments
-///
-/// * `join_m` — junctions at most this far apart along a street are one, metres.
 pub(super) fn crossed_all_around(graph: &Graph<'_>, join_m: f64) -> Vec<u32> {
     let none = HashSet::new();
     let nodes = |ids: &[i64]| -> HashSet<u32> {
@@ -81,7 +77,6 @@ fn cluster(graph: &Graph<'_>, start: u32, join_m: f64, crossings: &HashSet<u32>)
     cluster
 }
 
-/// Returns whether a street that leaves a junction has one of some nodes near it, before the next junction.
 fn meets(graph: &Graph<'_>, first: Step, nodes: &HashSet<u32>) -> bool {
     let chain = graph.chain_within(first, CROSSING_REACH_M);
     let mut metres = 0.0;

@@ -32,7 +32,7 @@ impl DrivingSide {
     /// Returns the side of an extract: as somebody says, or that of its place; `None` where it may be either.
     pub fn of(extract: &Extract, said: Option<Self>) -> Option<Self> {
         let signal = extract.signals.first().map(|signal| signal.place);
-        let node = || (0..extract.nodes.len()).find_map(|n| extract.nodes.place(n));
+        let node = || extract.nodes.places.iter().flatten().next().copied();
         let (y, x) = signal.or_else(node).map_or((0.0, 0.0), |p| (p.latitude(), p.longitude()));
         let lies_in = |boxes: &[[f64; 4]]| {
             let inside = |[south, west, north, east]: &[f64; 4]| {

@@ -46,17 +46,36 @@ pub enum OsmError {
 }
 
 impl OsmError {
-    /// Returns a closure for `map_err` that adds the path.
     pub(crate) fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_path_buf();
         move |reason| Self::Unreadable { path, reason }
     }
 }
 
+/// A setting that is out of its range.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{setting}: {reason}")]
+pub struct OutOfRange {
+    /// Its name, such as `counts.match_m`.
+    pub setting: String,
+    /// Its value, and what was expected.
+    pub reason: String,
+}
+
+/// Checks that a setting lies within limits, both included; NaN does not.
+pub(crate) fn check_range(
+    setting: impl Into<String>,
+    value: f64,
+    (low, high): (f64, f64),
+) -> Result<(), OutOfRange> {
+    let reason = || format!("{value}: expected a number from {low} to {high}");
+    let out = || OutOfRange { setting: setting.into(), reason: reason() };
+    if (low..=high).contains(&value) { Ok(()) } else { Err(out()) }
+}
+
 /// Most characters of a value that a message quotes.
 const QUOTED: usize = 60;
 
-/// Returns a value from a file for a message: the start of it, if it is long.
 pub(crate) fn brief(text: &str) -> String {
     shortened(text, QUOTED)
 }

@@ -3,12 +3,20 @@
 
 use std::ops::Range;
 
-use super::hours::Hours;
 use super::oddities::Oddities;
 use super::tags::{SignalTags, Street};
 
 /// Units of [`Place`] per degree, as in OpenStreetMap's own files.
 const PER_DEGREE: f64 = 1e7;
+
+const DAYS: [&str; 7] = ["Mo", "Tu", "We", "Th", "Fr", "Sa", "Su"];
+
+/// A Tuesday stands for any working day, and its night begins on Monday.
+const MONDAY: usize = 0;
+const TUESDAY: usize = 1;
+
+/// Minutes of a day.
+const DAY_MIN: u32 = 24 * 60;
 
 /// A position, WGS 84, in units of 1e-7 degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -102,16 +110,13 @@ impl Restriction {
 /// The nodes on drivable ways, sorted by id.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Nodes {
-    ids: Vec<i64>,
-    places: Vec<Option<Place>>,
+    /// Their ids.
+    pub ids: Vec<i64>,
+    /// Where they are; `None` if the file does not have them.
+    pub places: Vec<Option<Place>>,
 }
 
 impl Nodes {
-    /// Whether any of them has a place.
-    pub fn have_places(&self) -> bool {
-        self.places.iter().any(Option::is_some)
-    }
-
     /// Returns the nodes to look for; none has a place yet.
     pub fn wanted(mut ids: Vec<i64>) -> Self {
         ids.sort_unstable();
@@ -131,33 +136,6 @@ impl Nodes {
         if let Some(index) = self.index(id) {
             self.places[index] = Some(place);
         }
-    }
-
-    /// Returns the id of a node by its position.
-    pub fn id(&self, index: usize) -> i64 {
-        self.ids[index]
-    }
-
-    /// Returns where a node is; `None` if the file does not have it.
-    pub fn place(&self, index: usize) -> Option<Place> {
-        self.places[index]
-    }
-
-    /// Exchanges east and west.
-    pub fn mirror(&mut self) {
-        for place in self.places.iter_mut().flatten() {
-            *place = place.mirrored();
-        }
-    }
-
-    /// Returns how many there are.
-    pub fn len(&self) -> usize {
-        self.ids.len()
-    }
-
-    /// Returns whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.ids.is_empty()
     }
 }
 
@@ -189,15 +167,65 @@ impl Extract {
     }
 
     /// Returns how many turn restrictions that hold at certain times only hold in an hour of a working day, and
-    /// how many there are.
-    ///
-    /// # Arguments
-    ///
-    /// * `time_of_day` — when the hour begins, hours after midnight.
+    /// how many there are; `time_of_day` is when the hour begins, hours after midnight.
     pub fn timed_restrictions(&self, time_of_day: f64) -> (usize, usize) {
         let timed = || self.restrictions.iter().filter(|r| r.when.is_some());
         (timed().filter(|r| r.holds(time_of_day)).count(), timed().count())
     }
+}
+
+/// Times at which a turn restriction holds: one range of days with ranges of hours, such as
+/// `Mo-Fr 07:00-09:00,16:00-18:00; PH off`, and whether they hold in the simulated hour of a working day.
+///
+/// Source: <https://wiki.openstreetmap.org/wiki/Conditional_restrictions>.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Hours {
+    /// Whether a range may begin on Monday, and on Tuesday.
+    begins: [bool; 2],
+    /// Begin and end, minutes after midnight; one that ends before it begins lasts into the next day.
+    ranges: Vec<(u32, u32)>,
+}
+
+impl Hours {
+    /// Returns the times that a text says; `None` if it says something else, such as a weight.
+    pub fn parse(text: &str) -> Option<Self> {
+        let mut rules = text.split(';').map(str::trim).filter(|r| !matches!(*r, "" | "PH off"));
+        let (rule, None) = (rules.next()?, rules.next()) else { return None };
+        let rule = if rule == "24/7" { "00:00-24:00" } else { rule };
+        let (days, hours) = rule.split_at(rule.find(|c: char| c.is_ascii_digit())?);
+        let mut begins = [days.trim().is_empty(); 2];
+        for range in days.split(',').map(str::trim).filter(|range| !range.is_empty()) {
+            let (first, last) = range.split_once('-').unwrap_or((range, range));
+            let is = |day: &str, of| day.get(..2).is_some_and(|d| d.eq_ignore_ascii_case(of));
+            let at = |day: &str| DAYS.iter().position(|known| is(day.trim(), known));
+            let (first, last) = (at(first)?, at(last)?);
+            let after = |day: usize| (day + DAYS.len() - first) % DAYS.len();
+            for (begins, day) in begins.iter_mut().zip([MONDAY, TUESDAY]) {
+                *begins |= after(day) <= after(last);
+            }
+        }
+        let ranges = hours.split(',').map(|range| {
+            let (begin, end) = range.trim().split_once('-')?;
+            Some((minute(begin)?, minute(end)?))
+        });
+        Some(Self { begins, ranges: ranges.collect::<Option<_>>()? })
+    }
+
+    /// Whether they hold in the middle of the hour of a working day that begins at a time, hours after midnight.
+    fn hold(&self, time_of_day: f64) -> bool {
+        let now = (time_of_day.rem_euclid(24.0) * 60.0 + 30.0) as u32 % DAY_MIN;
+        let [monday, tuesday] = self.begins;
+        self.ranges.iter().any(|(begin, end)| match begin < end {
+            true => tuesday && (*begin..*end).contains(&now),
+            false => (tuesday && now >= *begin) || (monday && now < *end),
+        })
+    }
+}
+
+fn minute(time: &str) -> Option<u32> {
+    let (hour, minute) = time.trim().split_once(':')?;
+    let minute = 60 * hour.parse::<u32>().ok()? + minute.parse::<u32>().ok().filter(|m| *m < 60)?;
+    (minute <= DAY_MIN).then_some(minute)
 }
 
 #[cfg(test)]
@@ -217,7 +245,31 @@ mod tests {
         let place = Place { latitude_e7: 1, longitude_e7: 2 };
         nodes.set(4, place);
         nodes.set(5, place);
-        assert_eq!(nodes.len(), 2);
-        assert_eq!((nodes.place(0), nodes.place(1)), (None, Some(place)));
+        assert_eq!(nodes.places, [None, Some(place)]);
+    }
+
+    #[test]
+    fn times_hold_on_a_working_day() {
+        for (text, hours) in [
+            ("Mo-Fr 07:00-09:00,16:00-18:00", &[7.0, 8.0, 16.5][..]),
+            ("07:00-23:00", &[7.0, 8.0, 10.0, 16.5, 18.0]),
+            ("Sa,Su 07:00-23:00", &[]),
+            ("24/7", &[3.0, 7.0, 8.0, 10.0, 16.5, 18.0]),
+            ("22:00-06:00", &[3.0]),
+            ("Su-Mo 22:00-06:00", &[3.0]),
+            ("Fr-Tu 06:00-10:00; PH off", &[7.0, 8.0]),
+        ] {
+            let parsed = Hours::parse(text).unwrap();
+            let held = [3.0, 7.0, 8.0, 10.0, 16.5, 18.0].into_iter().filter(|t| parsed.hold(*t));
+            assert_eq!(held.collect::<Vec<_>>(), hours, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_time_is_none() {
+        let weight = "Mo-Fr 07:00-09:00 AND weight>3.5";
+        for text in ["weight>3.5", weight, "", "sometimes", "Mo-Fr 07:00-09:00; Sa 08:00-09:00"] {
+            assert_eq!(Hours::parse(text), None, "{text}");
+        }
     }
 }

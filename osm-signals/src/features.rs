@@ -16,10 +16,6 @@ use super::table;
 const PARSER_CHARS: usize = 200;
 
 /// Reads GeoJSON of one type; `expected` is what messages call it.
-///
-/// # Errors
-///
-/// [`OsmError`] naming the file and, where known, line and column.
 pub(super) fn read<T: DeserializeOwned>(
     bytes: &[u8],
     path: &Path,
@@ -39,11 +35,6 @@ pub(super) fn read<T: DeserializeOwned>(
     })
 }
 
-/// Returns a position of a geometry as a place.
-///
-/// # Errors
-///
-/// What is wrong and the way out.
 pub(super) fn place(position: &Position) -> Result<Place, String> {
     match position.as_slice() {
         [longitude, latitude, ..] => checked_place(*latitude, *longitude),
@@ -51,7 +42,6 @@ pub(super) fn place(position: &Position) -> Result<Place, String> {
     }
 }
 
-/// Returns an error of a file at a place.
 pub(super) fn malformed(
     path: &Path,
     place: impl Into<String>,

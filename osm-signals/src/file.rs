@@ -5,10 +5,6 @@ use std::path::Path;
 use super::error::OsmError;
 
 /// Returns the bytes of a regular file.
-///
-/// # Errors
-///
-/// [`OsmError::Unreadable`] with its name.
 pub fn bytes(path: &Path) -> Result<Vec<u8>, OsmError> {
     sheet::file::read(path, sheet::file::TABLE_BYTES).map_err(OsmError::unreadable(path))
 }

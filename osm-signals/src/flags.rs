@@ -1,4 +1,4 @@
-//! What is worth a look at an intersection.
+//! What is worth a look at an intersection, and why a signal is none.
 
 use serde::Serialize;
 
@@ -59,6 +59,74 @@ impl Flag {
             Self::OtherLength => "an approach was given another length",
             Self::NotOnMap => "no signal on the map",
             Self::FarFromList => "more than 25 m from its row in the list",
+        }
+    }
+}
+
+/// Why a signal is no intersection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Skip {
+    /// It is on no drivable street.
+    NotOnStreet,
+    /// No junction of streets is within reach, such as at a crossing in mid-block.
+    NoJunction,
+    /// The extract ends before or at the junction.
+    Border,
+    /// Its street ends at it, probably because the extract was cut out there.
+    EndOfStreet,
+    /// It is a pedestrian crossing on one street of a junction, whose other streets have no signal.
+    Crossing,
+    /// It controls a roundabout.
+    Roundabout,
+    /// It meters a ramp: only motorways and their ramps meet, and they merge.
+    RampMeter,
+    /// It stops traffic for trains.
+    LevelCrossing,
+    /// It stops traffic for vehicles that leave a fire station.
+    Emergency,
+    /// It stops traffic before a bridge that opens.
+    Bridge,
+    /// It lets traffic of either direction onto a single lane.
+    SingleLane,
+    /// It always blinks.
+    Beacon,
+    /// Fewer than three arms.
+    FewArms,
+    /// Fewer than two arms lead to the signal.
+    FewApproaches,
+    /// More than [`MAX_ARMS`](crate::intersections::MAX_ARMS) arms.
+    ManyArms,
+    /// More than [`MAX_LANES`](crate::intersections::MAX_LANES) lanes in one direction.
+    ManyLanes,
+    /// Outside the boundary.
+    OutsideBoundary,
+    /// Not in the signal list.
+    NotListed,
+}
+
+impl Skip {
+    /// Returns the reason in words.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::NotOnStreet => "not on a drivable street",
+            Self::NoJunction => "no junction within reach",
+            Self::Border => "at the border of the extract",
+            Self::EndOfStreet => "at the end of a street",
+            Self::Crossing => "pedestrian crossing on one street",
+            Self::Roundabout => "roundabout",
+            Self::RampMeter => "ramp meter",
+            Self::LevelCrossing => "level crossing",
+            Self::Emergency => "emergency signal",
+            Self::Bridge => "movable bridge",
+            Self::SingleLane => "single-lane section",
+            Self::Beacon => "flashing beacon",
+            Self::FewArms => "fewer than three arms",
+            Self::FewApproaches => "fewer than two approaches",
+            Self::ManyArms => "more than six arms",
+            Self::ManyLanes => "more than twelve lanes in one direction",
+            Self::OutsideBoundary => "outside the boundary",
+            Self::NotListed => "not in the signal list",
         }
     }
 }

@@ -2,10 +2,10 @@
 //!
 //! As in OSMnx, the earth is a sphere of radius 6,371,009 m and a bearing is the initial one,
 //! degrees clockwise from north. Where thousands of short distances are compared, a
-//! [`LocalMetric`] takes the surroundings of a latitude as flat instead: within 1 km the error is
+//! `Plane` takes the surroundings of a place as flat instead: within 1 km the error is
 //! below 0.1% up to 80 degrees north and south.
 
-use geo::{Bearing, Destination, Distance, HaversineMeasure, InterpolatePoint, Point};
+use geo::{Bearing, Coord, Destination, Distance, HaversineMeasure, InterpolatePoint, Point};
 
 use super::extract::Place;
 
@@ -21,28 +21,30 @@ const HALF_CIRCLE_DEG: f64 = 180.0;
 /// Distances and bearings on the sphere.
 const SPHERE: HaversineMeasure = HaversineMeasure::new(EARTH_RADIUS_M);
 
-/// The surroundings of a latitude, taken as flat: metres per degree.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LocalMetric {
-    /// Metres per degree of longitude.
-    pub east_m_per_deg: f64,
-    /// Metres per degree of latitude.
-    pub north_m_per_deg: f64,
+/// The surroundings of a place, taken as flat: x is metres east and y metres north of it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Plane {
+    /// Latitude and longitude, degrees.
+    origin: (f64, f64),
+    pub(crate) east_m_per_deg: f64,
+    pub(crate) north_m_per_deg: f64,
 }
 
-impl LocalMetric {
-    /// Returns the metric around a latitude, degrees.
-    pub fn at(latitude: f64) -> Self {
+impl Plane {
+    pub(crate) fn around(place: Place) -> Self {
         let north_m_per_deg = EARTH_RADIUS_M.to_radians();
-        let east_m_per_deg = north_m_per_deg * latitude.to_radians().cos();
-        Self { east_m_per_deg, north_m_per_deg }
+        let east_m_per_deg = north_m_per_deg * place.latitude().to_radians().cos();
+        Self { origin: (place.latitude(), place.longitude()), east_m_per_deg, north_m_per_deg }
     }
 
-    /// Returns how far `to` lies east (dx) and north (dy) of `from`, metres; both are
-    /// `(latitude, longitude)` in degrees.
-    pub fn offset_m(self, from: (f64, f64), to: (f64, f64)) -> (f64, f64) {
-        let east_deg = continued(from.1, to.1) - from.1;
-        (east_deg * self.east_m_per_deg, (to.0 - from.0) * self.north_m_per_deg)
+    /// Returns where a longitude (x) and latitude (y), degrees, lie.
+    pub(crate) fn flat(&self, degrees: Coord<f64>) -> Coord<f64> {
+        let (latitude, longitude) = self.origin;
+        let east_deg = continued(longitude, degrees.x) - longitude;
+        Coord {
+            x: east_deg * self.east_m_per_deg,
+            y: (degrees.y - latitude) * self.north_m_per_deg,
+        }
     }
 }
 
@@ -66,10 +68,7 @@ pub(crate) fn middle(places: impl Iterator<Item = Place> + Clone) -> Option<Plac
 
 /// Returns the place that somebody gives, degrees. A longitude may go on beyond 180 degrees, as in some programs: 181 is
 /// -179, and 248 is -112.
-///
-/// # Errors
-///
-/// What is wrong and the way out, when it is outside the world: projected, swapped or no number.
+/// The error says what is wrong and the way out: projected, swapped or no number.
 pub fn checked_place(latitude: f64, longitude: f64) -> Result<Place, String> {
     if longitude.abs() <= NO_DEGREES
         && let Some(place) = Place::from_degrees(latitude, continued(0.0, longitude))
@@ -197,13 +196,12 @@ mod tests {
     }
 
     #[test]
-    fn the_local_metric_agrees_with_the_sphere() {
+    fn the_plane_agrees_with_the_sphere() {
         for latitude in [0.0, 40.76, -80.0] {
             let (a, b) = (at(latitude, 10.0), at(latitude + 0.004, 10.004));
-            let (dx, dy) = LocalMetric::at(latitude)
-                .offset_m((a.latitude(), a.longitude()), (b.latitude(), b.longitude()));
+            let b_at = Plane::around(a).flat(Coord { x: b.longitude(), y: b.latitude() });
             let exact = distance_m(a, b);
-            assert!((dx.hypot(dy) / exact - 1.0).abs() < 1e-3, "at {latitude}");
+            assert!((b_at.x.hypot(b_at.y) / exact - 1.0).abs() < 1e-3, "at {latitude}");
         }
     }
 
@@ -215,7 +213,8 @@ mod tests {
             let middle = middle([at(-17.0, west), at(-17.002, east)].into_iter()).unwrap();
             assert_eq!(middle, at(-17.001, expected));
         }
-        let (x, _) = LocalMetric::at(-17.0).offset_m((-17.0, 179.999), (-17.0, -179.999));
+        let Coord { x, .. } =
+            Plane::around(at(-17.0, 179.999)).flat(Coord { x: -179.999, y: -17.0 });
         assert!((x - distance_m(at(-17.0, 179.999), at(-17.0, -179.999))).abs() < 0.1, "{x}");
         assert_eq!(super::middle(std::iter::empty()), None);
     }

@@ -11,71 +11,58 @@ use crate::angle::normalise_degrees;
 /// place, or beside each other on one carriageway) any direction is chance.
 const SHORTEST_M: f64 = 2.0;
 
-/// A piece of a way between two neighbouring nodes, in the order of the way's nodes.
+/// A piece of a way between two neighbouring nodes, in the order of the way's nodes; all are positions in the extract.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Piece {
-    /// Position of the way in [`Extract::ways`].
-    pub way: u32,
-    /// Node that it starts at, by its position in [`Extract::nodes`].
-    pub from: u32,
-    /// Node that it ends at.
-    pub to: u32,
+pub(super) struct Piece {
+    pub(super) way: u32,
+    pub(super) from: u32,
+    pub(super) to: u32,
 }
 
 /// A piece and the direction in which it is walked, seen from the node where the walk starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Step {
-    /// Position of the piece in [`Graph::pieces`].
-    pub piece: u32,
+pub(super) struct Step {
+    pub(super) piece: u32,
     /// Whether the walk goes as the way's nodes go.
-    pub forward: bool,
+    pub(super) forward: bool,
 }
 
 impl Step {
-    /// Returns the same piece walked the other way.
-    pub fn reversed(self) -> Self {
+    pub(super) fn reversed(self) -> Self {
         Self { forward: !self.forward, ..self }
     }
 }
 
 /// A walk along a street from a node to the next junction, or to where the street ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Chain {
-    /// Pieces in order; at least one.
-    pub steps: Vec<Step>,
-    /// Where it starts.
-    pub start: u32,
+pub(super) struct Chain {
+    pub(super) steps: Vec<Step>,
+    pub(super) start: u32,
     /// Where it ends: a junction, a dead end, or a node of the given set.
-    pub end: u32,
+    pub(super) end: u32,
 }
 
-/// The streets of an extract.
 #[derive(Debug)]
-pub struct Graph<'a> {
-    /// What it was made of.
-    pub extract: &'a Extract,
-    /// All pieces, by way and along it.
-    pub pieces: Vec<Piece>,
+pub(super) struct Graph<'a> {
+    pub(super) extract: &'a Extract,
+    pub(super) pieces: Vec<Piece>,
     /// Per node the end of its part of `steps`.
     offsets: Vec<u32>,
-    /// Steps that leave each node.
     steps: Vec<Step>,
     /// Nodes beside which the extract cuts a way.
-    cut: HashSet<u32>,
+    pub(super) cut: HashSet<u32>,
 }
 
 impl<'a> Graph<'a> {
-    /// Returns the graph of an extract.
-    ///
     /// Nodes without a place are left out: the ways that refer to them are cut there.
-    pub fn new(extract: &'a Extract) -> Self {
+    pub(super) fn new(extract: &'a Extract) -> Self {
         let mut pieces = Vec::with_capacity(extract.refs.len());
         let mut cut = HashSet::new();
         for (way, index) in extract.ways.iter().zip(0..) {
             let mut last: Option<u32> = None;
             let mut missing = false;
             for id in extract.nodes_of(way) {
-                let node = extract.nodes.index(*id).filter(|n| extract.nodes.place(*n).is_some());
+                let node = extract.nodes.index(*id).filter(|n| extract.nodes.places[*n].is_some());
                 let Some(node) = node.map(|n| n as u32) else {
                     cut.extend(last.take());
                     missing = true;
@@ -90,26 +77,25 @@ impl<'a> Graph<'a> {
                 last = Some(node);
             }
         }
-        let (offsets, steps) = index(&pieces, extract.nodes.len());
+        let (offsets, steps) = index(&pieces, extract.nodes.ids.len());
         let mut graph = Self { extract, pieces, offsets, steps, cut };
         let doubled = graph.doubled();
         if !doubled.is_empty() {
             let mut number = 0..;
             graph.pieces.retain(|_| number.next().is_some_and(|piece| !doubled.contains(&piece)));
-            (graph.offsets, graph.steps) = index(&graph.pieces, extract.nodes.len());
+            (graph.offsets, graph.steps) = index(&graph.pieces, extract.nodes.ids.len());
         }
         graph
     }
 
-    /// Returns the pieces between two nodes that another piece also joins for the same traffic: a
-    /// street that is mapped twice has its lanes once.
+    /// A street that is mapped twice has its lanes once.
     fn doubled(&self) -> HashSet<u32> {
         let covers = |a: Step, b: Step| {
             let back = (a.reversed(), b.reversed());
             (self.allowed(a) || !self.allowed(b)) && (self.allowed(back.0) || !self.allowed(back.1))
         };
         let mut doubled = HashSet::new();
-        for node in 0..self.extract.nodes.len() as u32 {
+        for node in 0..self.extract.nodes.ids.len() as u32 {
             let steps = self.steps(node);
             for (a, b) in steps.iter().flat_map(|a| steps.iter().map(move |b| (*a, *b))) {
                 let one = a.piece != b.piece && self.target(a) == self.target(b);
@@ -122,54 +108,43 @@ impl<'a> Graph<'a> {
     }
 
     /// Returns the steps that leave a node, whether or not traffic may go that way.
-    pub fn steps(&self, node: u32) -> &[Step] {
+    pub(super) fn steps(&self, node: u32) -> &[Step] {
         let node = node as usize;
         &self.steps[self.offsets[node] as usize..self.offsets[node + 1] as usize]
     }
 
-    /// Returns where a step ends.
-    pub fn target(&self, step: Step) -> u32 {
+    pub(super) fn target(&self, step: Step) -> u32 {
         let piece = self.pieces[step.piece as usize];
         if step.forward { piece.to } else { piece.from }
     }
 
-    /// Returns where a step starts.
-    pub fn source(&self, step: Step) -> u32 {
+    pub(super) fn source(&self, step: Step) -> u32 {
         self.target(step.reversed())
     }
 
-    /// Returns the way that a step is on.
-    pub fn way(&self, step: Step) -> &'a Way {
+    pub(super) fn way(&self, step: Step) -> &'a Way {
         &self.extract.ways[self.pieces[step.piece as usize].way as usize]
     }
 
-    /// Returns whether traffic may go this way.
-    pub fn allowed(&self, step: Step) -> bool {
+    pub(super) fn allowed(&self, step: Step) -> bool {
         self.way(step).street.direction.allows(step.forward)
     }
 
-    /// Returns whether traffic goes one way only on the street of a step.
-    pub fn is_one_way(&self, step: Step) -> bool {
+    pub(super) fn is_one_way(&self, step: Step) -> bool {
         self.allowed(step) != self.allowed(step.reversed())
     }
 
-    /// Returns where a node is.
-    ///
-    /// # Panics
-    ///
-    /// If the node is on no piece and has no place.
-    pub fn place(&self, node: u32) -> Place {
-        self.extract.nodes.place(node as usize).expect("nodes of pieces have a place")
+    pub(super) fn place(&self, node: u32) -> Place {
+        self.extract.nodes.places[node as usize].expect("nodes of pieces have a place")
     }
 
-    /// Returns the length of a step, metres.
-    pub fn step_m(&self, step: Step) -> f64 {
+    pub(super) fn step_m(&self, step: Step) -> f64 {
         distance_m(self.place(self.source(step)), self.place(self.target(step)))
     }
 
     /// Returns the direction of a step, degrees; of one that is too short for a direction that in which its street
     /// goes on, or else comes from; `None` for one between two junctions.
-    pub fn heading(&self, step: Step) -> Option<f64> {
+    pub(super) fn heading(&self, step: Step) -> Option<f64> {
         let towards = |step: Step| {
             let from = self.place(self.source(step));
             let far = |node: u32| distance_m(from, self.place(node)) >= SHORTEST_M;
@@ -181,27 +156,21 @@ impl<'a> Graph<'a> {
     }
 
     /// Returns its heading, or where it has none the direction from node to node, degrees.
-    pub fn direction(&self, step: Step) -> f64 {
+    pub(super) fn direction(&self, step: Step) -> f64 {
         let nodes = || bearing_deg(self.place(self.source(step)), self.place(self.target(step)));
         self.heading(step).unwrap_or_else(nodes)
     }
 
-    /// Returns whether the extract cuts a way beside a node.
-    pub fn is_cut(&self, node: u32) -> bool {
-        self.cut.contains(&node)
-    }
-
     /// Returns whether traffic can only leave a node or only come to it, on two or more pieces: it comes from or
     /// goes to a street that the extract does not have, such as where a street forks at the border.
-    pub fn is_open_fork(&self, node: u32) -> bool {
+    pub(super) fn is_open_fork(&self, node: u32) -> bool {
         let steps = self.steps(node);
         steps.len() > 1
             && steps.iter().all(|s| self.is_one_way(*s))
             && steps.windows(2).all(|pair| self.allowed(pair[0]) == self.allowed(pair[1]))
     }
 
-    /// Returns the neighbours of a node, each once, without streets to be `ignored`.
-    pub fn neighbours(&self, node: u32, ignored: &HashSet<u32>) -> Vec<u32> {
+    pub(super) fn neighbours(&self, node: u32, ignored: &HashSet<u32>) -> Vec<u32> {
         let steps = self.steps(node).iter().filter(|s| !ignored.contains(&s.piece));
         let mut nodes: Vec<u32> = steps.map(|s| self.target(*s)).collect();
         nodes.sort_unstable();
@@ -210,18 +179,23 @@ impl<'a> Graph<'a> {
     }
 
     /// Returns whether streets meet at a node: it has three or more neighbours.
-    pub fn is_junction(&self, node: u32, ignored: &HashSet<u32>) -> bool {
+    pub(super) fn is_junction(&self, node: u32, ignored: &HashSet<u32>) -> bool {
         self.steps(node).len() > 2 && self.neighbours(node, ignored).len() > 2
     }
 
     /// Walks from the start of a step to the next junction, to a node for which `stop` holds, to a
     /// dead end, or around a closed loop back to its start.
-    pub fn chain(&self, first: Step, ignored: &HashSet<u32>, stop: &dyn Fn(u32) -> bool) -> Chain {
+    pub(super) fn chain(
+        &self,
+        first: Step,
+        ignored: &HashSet<u32>,
+        stop: &dyn Fn(u32) -> bool,
+    ) -> Chain {
         self.walk(first, ignored, stop, f64::INFINITY)
     }
 
     /// Walks as [`Self::chain`] does, with every street, but ends soon after a distance, metres.
-    pub fn chain_within(&self, first: Step, limit_m: f64) -> Chain {
+    pub(super) fn chain_within(&self, first: Step, limit_m: f64) -> Chain {
         self.walk(first, &HashSet::new(), &|_| false, limit_m)
     }
 
@@ -251,24 +225,20 @@ impl<'a> Graph<'a> {
         Chain { steps, start, end }
     }
 
-    /// Returns the places along a chain, its start first.
-    pub fn places(&self, chain: &Chain) -> Vec<Place> {
+    pub(super) fn places(&self, chain: &Chain) -> Vec<Place> {
         let start = std::iter::once(self.place(chain.start));
         start.chain(chain.steps.iter().map(|s| self.place(self.target(*s)))).collect()
     }
 
-    /// Returns the length of some steps, metres.
-    pub fn length_m(&self, steps: &[Step]) -> f64 {
+    pub(super) fn length_m(&self, steps: &[Step]) -> f64 {
         steps.iter().map(|s| self.step_m(*s)).sum()
     }
 
-    /// Returns whether traffic may go along all of some steps.
-    pub fn all_allowed(&self, steps: &[Step]) -> bool {
+    pub(super) fn all_allowed(&self, steps: &[Step]) -> bool {
         steps.iter().all(|s| self.allowed(*s))
     }
 }
 
-/// Returns per node the end of its part of the steps, and the steps that leave each node.
 fn index(pieces: &[Piece], nodes: usize) -> (Vec<u32>, Vec<Step>) {
     let mut offsets = vec![0_u32; nodes + 1];
     for piece in pieces {

@@ -10,14 +10,16 @@ use super::across::{Restrictions, crossings};
 use super::arms::{Arm, arms};
 use super::extract::{Place, SignalNode};
 use super::flags::Flag;
+pub use super::flags::Skip;
 use super::geometry::{chord, middle};
 use super::graph::{Graph, Step};
 use super::legs::{Leg, Surroundings, surroundings};
 use super::settings::Settings;
-use super::sites::{Site, Uncontrolled, sites};
+use super::sites::{Site, sites};
 use super::streets::Streets;
-use super::tags::{Highway, Special};
+use super::tags::Highway;
 use super::turn::{Turns, exits};
+use crate::angle::turn_degrees;
 
 /// Most arms of an intersection: what has more is probably several that were joined.
 pub const MAX_ARMS: usize = 6;
@@ -25,76 +27,24 @@ pub const MAX_ARMS: usize = 6;
 /// Most lanes of an arm in one direction: more are probably a mistake of the map.
 pub const MAX_LANES: u32 = 12;
 
+/// Angle between neighbouring arms below which they may be one, degrees.
+const CLOSE_DEG: f64 = 25.0;
+
+/// Number of arms from which on an intersection may be several.
+const MANY_ARMS: usize = 5;
+
+/// Lanes of an approach from which on they may be counted twice.
+const MANY_LANES: u32 = 7;
+
+/// Right-only lanes of an approach from which on a slip lane may be counted twice.
+const MANY_RIGHT: u32 = 2;
+
+/// Distance from its place in the signal list beyond which a match is doubtful, metres: more than a
+/// junction is wide.
+const FAR_M: f64 = 25.0;
+
 /// Distance of intersections that may have one controller, metres: fewer than eight cars fit between.
 const NEAR_M: f64 = 60.0;
-
-/// Why a signal is no intersection.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Skip {
-    /// It is on no drivable street.
-    NotOnStreet,
-    /// No junction of streets is within reach, such as at a crossing in mid-block.
-    NoJunction,
-    /// The extract ends before or at the junction.
-    Border,
-    /// Its street ends at it, probably because the extract was cut out there.
-    EndOfStreet,
-    /// It is a pedestrian crossing on one street of a junction, whose other streets have no signal.
-    Crossing,
-    /// It controls a roundabout.
-    Roundabout,
-    /// It meters a ramp: only motorways and their ramps meet, and they merge.
-    RampMeter,
-    /// It stops traffic for trains.
-    LevelCrossing,
-    /// It stops traffic for vehicles that leave a fire station.
-    Emergency,
-    /// It stops traffic before a bridge that opens.
-    Bridge,
-    /// It lets traffic of either direction onto a single lane.
-    SingleLane,
-    /// It always blinks.
-    Beacon,
-    /// Fewer than three arms.
-    FewArms,
-    /// Fewer than two arms lead to the signal.
-    FewApproaches,
-    /// More than [`MAX_ARMS`] arms.
-    ManyArms,
-    /// More than [`MAX_LANES`] lanes in one direction.
-    ManyLanes,
-    /// Outside the boundary.
-    OutsideBoundary,
-    /// Not in the signal list.
-    NotListed,
-}
-
-impl Skip {
-    /// Returns the reason in words.
-    pub fn reason(self) -> &'static str {
-        match self {
-            Self::NotOnStreet => "not on a drivable street",
-            Self::NoJunction => "no junction within reach",
-            Self::Border => "at the border of the extract",
-            Self::EndOfStreet => "at the end of a street",
-            Self::Crossing => "pedestrian crossing on one street",
-            Self::Roundabout => "roundabout",
-            Self::RampMeter => "ramp meter",
-            Self::LevelCrossing => "level crossing",
-            Self::Emergency => "emergency signal",
-            Self::Bridge => "movable bridge",
-            Self::SingleLane => "single-lane section",
-            Self::Beacon => "flashing beacon",
-            Self::FewArms => "fewer than three arms",
-            Self::FewApproaches => "fewer than two approaches",
-            Self::ManyArms => "more than six arms",
-            Self::ManyLanes => "more than twelve lanes in one direction",
-            Self::OutsideBoundary => "outside the boundary",
-            Self::NotListed => "not in the signal list",
-        }
-    }
-}
 
 /// A signalised intersection.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,6 +80,32 @@ impl Intersection {
     pub fn streets(&self) -> BTreeSet<&str> {
         self.arms.iter().filter_map(|a| a.name.as_deref()).collect()
     }
+
+    /// Returns what is worth a look about its signals and its arms.
+    pub fn all_flags(&self) -> Vec<Flag> {
+        let approaches = || self.arms.iter().zip(&self.turns).filter(|(arm, _)| arm.lanes_in > 0);
+        let any = |is: &dyn Fn(&Arm, &Option<Turns>) -> bool| approaches().any(|(a, t)| is(a, t));
+        let next = |index: usize| &self.arms[(index + 1) % self.arms.len()];
+        let close = self.arms.iter().enumerate().any(|(index, arm)| {
+            turn_degrees(arm.bearing_deg, next(index).bearing_deg).abs() < CLOSE_DEG
+        });
+        let flags = [
+            (Flag::NoWayAcross, any(&|_, turns| turns.is_none())),
+            (Flag::DrawnTwice, self.arms.iter().any(|arm| arm.drawn_twice)),
+            (Flag::CloseArms, close),
+            (Flag::ManyArms, self.arms.len() >= MANY_ARMS),
+            (Flag::ManyLanes, any(&|arm, _| arm.lanes_in >= MANY_LANES)),
+            (Flag::ManyRight, any(&|arm, _| arm.right_turn_lanes >= MANY_RIGHT)),
+            (Flag::NotOnMap, self.signals.is_empty() && !self.flags.contains(&Flag::CrossingsOnly)),
+            (Flag::FarFromList, self.list_distance_m.is_some_and(|metres| metres > FAR_M)),
+            (Flag::Cut, any(&|arm, _| arm.cut)),
+            (Flag::OtherLength, any(&|arm, _| arm.clamped && !arm.cut)),
+        ];
+        let applying = flags.into_iter().filter(|(_, applies)| *applies).map(|(flag, _)| flag);
+        let mut all: Vec<Flag> = self.flags.iter().copied().chain(applying).collect();
+        all.sort_unstable();
+        all
+    }
 }
 
 /// A signal, or several of one junction, that is no intersection.
@@ -153,13 +129,8 @@ pub struct Found {
     pub skipped: Vec<Skipped>,
 }
 
-/// Returns the intersections of an extract.
-///
-/// # Arguments
-///
-/// * `listed` — nodes that have a signal, whatever the map says.
-/// * `together` — groups of nodes with a signal that are one intersection, however far apart they are.
-pub fn intersections(
+/// `listed` have a signal, whatever the map says; those of `together` are one intersection, however far apart they are.
+pub(crate) fn intersections(
     graph: &Graph<'_>,
     settings: &Settings,
     listed: &[u32],
@@ -183,18 +154,8 @@ pub fn intersections(
     found.skipped.extend(left.into_iter().map(|(signal, reason)| {
         let signal = &extract.signals[signal];
         let reason = match reason {
-            Uncontrolled::NoJunction | Uncontrolled::EndOfStreet if meters(graph, signal) => {
-                Skip::RampMeter
-            }
-            Uncontrolled::NotOnStreet => Skip::NotOnStreet,
-            Uncontrolled::NoJunction => Skip::NoJunction,
-            Uncontrolled::Border => Skip::Border,
-            Uncontrolled::EndOfStreet => Skip::EndOfStreet,
-            Uncontrolled::Special(Special::LevelCrossing) => Skip::LevelCrossing,
-            Uncontrolled::Special(Special::Emergency) => Skip::Emergency,
-            Uncontrolled::Special(Special::Bridge) => Skip::Bridge,
-            Uncontrolled::Special(Special::SingleLane) => Skip::SingleLane,
-            Uncontrolled::Special(Special::Beacon) => Skip::Beacon,
+            Skip::NoJunction | Skip::EndOfStreet if meters(graph, signal) => Skip::RampMeter,
+            reason => reason,
         };
         Skipped { signals: vec![signal.id], place: signal.place, reason }
     }));
@@ -213,7 +174,7 @@ fn intersection(
     site: &Site,
 ) -> Result<Intersection, Skipped> {
     let extract = graph.extract;
-    let nodes: Vec<i64> = site.nodes.iter().map(|n| extract.nodes.id(*n as usize)).collect();
+    let nodes: Vec<i64> = site.nodes.iter().map(|n| extract.nodes.ids[*n as usize]).collect();
     let signals: Vec<i64> = site.signals.iter().map(|s| extract.signals[*s].id).collect();
     let centre = centre(graph, &site.nodes);
     let skip = |reason| Err(Skipped { signals: signals.clone(), place: centre, reason });
@@ -242,7 +203,7 @@ fn intersection(
         return skip(Skip::RampMeter);
     }
     let mut arms = arms(graph, streets, settings, &around, centre);
-    if site.nodes.iter().any(|n| graph.is_cut(*n)) {
+    if site.nodes.iter().any(|n| graph.cut.contains(n)) {
         // An arm is missing, whatever is left.
         return skip(Skip::Border);
     }
@@ -296,7 +257,6 @@ fn intersection(
     })
 }
 
-/// Flags the intersections that have another one near.
 fn flag_near(intersections: &mut [Intersection]) {
     let at = |i: &Intersection| chord(i.centre);
     let tree = RTree::bulk_load(intersections.iter().map(at).collect());
@@ -346,12 +306,10 @@ fn crosses_one_street(graph: &Graph<'_>, site: &Site, around: &Surroundings, arm
         && arms.iter().any(|arm| signals.iter().all(|node| on_arm(arm, *node)))
 }
 
-/// Returns the middle of some nodes.
 fn centre(graph: &Graph<'_>, nodes: &[u32]) -> Place {
     middle(nodes.iter().map(|n| graph.place(*n))).expect("an intersection has nodes")
 }
 
-/// Returns per arm which turns exist.
 fn turns(
     graph: &Graph<'_>,
     restrictions: &Restrictions<'_>,

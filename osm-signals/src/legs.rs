@@ -11,40 +11,31 @@ use crate::angle::turn_degrees;
 
 /// A street or carriageway that leads from a site to the next junction.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Leg {
-    /// The street, outwards.
-    pub chain: Chain,
-    /// Whether traffic may come in on it.
-    pub inbound: bool,
-    /// Whether traffic may go out on it.
-    pub outbound: bool,
-    /// Its length, metres.
-    pub length_m: f64,
+pub(super) struct Leg {
+    pub(super) chain: Chain,
+    pub(super) inbound: bool,
+    pub(super) outbound: bool,
+    pub(super) length_m: f64,
     /// Direction from its start to the place where the bearing is taken, degrees.
-    pub direction_deg: f64,
-    /// Where the bearing is taken.
-    pub towards: Place,
+    pub(super) direction_deg: f64,
+    pub(super) towards: Place,
 }
 
 impl Leg {
-    /// Returns its first step, which leaves the site.
-    pub fn first(&self) -> Step {
+    pub(super) fn first(&self) -> Step {
         self.chain.steps[0]
     }
 }
 
 /// A one-way street that lets traffic turn before the junction.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Slip {
-    /// Its steps, as traffic goes.
-    pub steps: Vec<Step>,
-    /// What it connects.
-    pub kind: SlipKind,
+pub(super) struct Slip {
+    pub(super) steps: Vec<Step>,
+    pub(super) kind: SlipKind,
 }
 
-/// What a slip lane connects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SlipKind {
+pub(super) enum SlipKind {
     /// It leaves the street of this step, as traffic comes in, before the junction.
     Before(Step),
     /// It leaves from the junction itself and joins a street behind it.
@@ -57,19 +48,15 @@ pub enum SlipKind {
 /// only leads back.
 const SAME_STREET_DEG: f64 = 45.0;
 
-/// Everything around a site.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Surroundings {
-    /// Streets that leave it.
-    pub legs: Vec<Leg>,
-    /// Slip lanes between its legs.
-    pub slips: Vec<Slip>,
+pub(super) struct Surroundings {
+    pub(super) legs: Vec<Leg>,
+    pub(super) slips: Vec<Slip>,
     /// Steps between its junctions, in both directions.
-    pub inside: Vec<Step>,
+    pub(super) inside: Vec<Step>,
 }
 
-/// Returns the legs of a site, after setting its slip lanes aside.
-pub fn surroundings(
+pub(super) fn surroundings(
     graph: &Graph<'_>,
     site: &Site,
     settings: &IntersectionSettings,
@@ -221,7 +208,6 @@ fn turns_off(graph: &Graph<'_>, off: Step, on: Step, joins: bool) -> bool {
     turn(off) > turn(on)
 }
 
-/// Returns whether a street is of a lower class than another, or of the same and without a name.
 fn is_lesser(graph: &Graph<'_>, one: Step, other: Step) -> bool {
     let (one, other) = (&graph.way(one).street, &graph.way(other).street);
     let unnamed = one.name.is_none() && other.name.is_some();

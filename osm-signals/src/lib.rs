@@ -3,13 +3,13 @@
 //!
 //! Data flows one way. [`read`](read()) keeps the drivable ways, signals and turn restrictions of a file (PBF,
 //! XML, gzipped XML) as an [`Extract`], which is as large as its streets, not as its file; [`tags`] gives the
-//! values of tags their meaning. [`graph`] joins ways to pieces; [`sites`] decides which junctions a signal
-//! controls and which are one intersection; [`legs`] finds the streets that leave it and sets slip lanes aside;
-//! [`arms`] joins carriageways; [`across`] searches the ways across; [`intersections`] puts that together.
+//! values of tags their meaning. `graph` joins ways to pieces; `sites` decides which junctions a signal
+//! controls and which are one intersection; `legs` finds the streets that leave it and sets slip lanes aside;
+//! [`arms`] joins carriageways; `across` searches the ways across; [`intersections`] puts that together.
 //! [`listing`], [`counts`] and [`traffic`] add what a city knows: which signals it operates, and how many
 //! vehicles a day were counted where. A [`Survey`] is all of it.
 //!
-//! Nothing is lost silently: every signal that is no intersection has a reason ([`intersections::Skip`]), every
+//! Nothing is lost silently: every signal that is no intersection has a reason ([`flags::Skip`]), every
 //! value says what it rests on ([`streets::Source`], [`traffic::InflowSource`]), what is worth a look has a
 //! [`flags::Flag`], and values of tags that were ignored are counted ([`oddities::Oddities`]).
 //!
@@ -35,13 +35,12 @@
 //! # }
 //! ```
 
-pub mod across;
+mod across;
 pub mod angle;
 pub mod arms;
 pub mod boundary;
 pub mod counts;
 mod crossings;
-mod drawn;
 pub mod driving_side;
 pub mod error;
 pub mod extract;
@@ -49,30 +48,25 @@ mod features;
 pub mod file;
 pub mod flags;
 pub mod geometry;
-pub mod graph;
-mod groups;
-pub mod hours;
+mod graph;
 pub mod intersections;
-pub mod legs;
+mod legs;
 pub mod listing;
 pub mod mirror;
 mod near;
 pub mod oddities;
-pub mod range;
 pub mod read;
-pub mod review;
 pub mod settings;
 pub mod signals;
-pub mod sites;
+mod sites;
 pub mod sources;
-pub mod spread;
+mod spread;
 pub mod streets;
 pub mod survey;
 mod table;
 pub mod tags;
 pub mod traffic;
 pub mod turn;
-mod wkt;
 
 pub use arms::Arm;
 pub use boundary::Boundary;

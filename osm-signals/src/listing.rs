@@ -82,23 +82,19 @@ pub struct ListMatch {
     pub note: Option<RowNote>,
 }
 
-/// The junctions that a list names although the map has no signal there.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Named {
-    /// Their nodes, sorted.
-    pub nodes: Vec<u32>,
-    /// Positions of the rows that stand right on one.
-    on_junction: BTreeSet<usize>,
-}
+/// The junctions that a list names although the map has no signal there: their nodes, sorted, and the positions of the rows
+/// that stand right on one.
+pub(crate) type Named = (Vec<u32>, BTreeSet<usize>);
 
 /// Returns the junctions that a list names: of each row without an intersection of the map within
 /// reach, and of each that stands right on a junction, the nearest one, unless a signal of the map is
 /// as near.
-///
-/// # Arguments
-///
-/// * `mapped`: the intersections that the map has without the list.
-pub fn unmapped(graph: &Graph<'_>, mapped: &Found, rows: &[ListedSignal], match_m: f64) -> Named {
+pub(crate) fn unmapped(
+    graph: &Graph<'_>,
+    mapped: &Found,
+    rows: &[ListedSignal],
+    match_m: f64,
+) -> Named {
     if rows.is_empty() {
         return Named::default();
     }
@@ -108,7 +104,7 @@ pub fn unmapped(graph: &Graph<'_>, mapped: &Found, rows: &[ListedSignal], match_
     let places = mapped.intersections.iter().flat_map(Intersection::places);
     let signals = on_street.map(|s| s.place).chain(places).map(|p| Chord::new(chord(p), ()));
     let signals = RTree::bulk_load(signals.collect());
-    let nodes = 0..extract.nodes.len() as u32;
+    let nodes = 0..extract.nodes.ids.len() as u32;
     let junctions = nodes.filter(|n| graph.is_junction(*n, &none));
     let junctions =
         RTree::bulk_load(junctions.map(|n| Chord::new(chord(graph.place(n)), n)).collect());
@@ -127,21 +123,21 @@ pub fn unmapped(graph: &Graph<'_>, mapped: &Found, rows: &[ListedSignal], match_
     };
     let on_junction: BTreeSet<usize> =
         (0..rows.len()).filter(|row| own[*row].as_ref().is_some_and(on)).collect();
-    let near = assign(&mapped.intersections, rows, &on_junction, match_m).nearest;
+    let [_, near] = assign(&mapped.intersections, rows, &on_junction, match_m);
     let left = (0..rows.len()).filter(|row| on_junction.contains(row) || !near.contains_key(row));
     let named: BTreeSet<u32> = left.filter_map(|row| own[row].map(|(node, ..)| node)).collect();
-    Named { nodes: named.into_iter().collect(), on_junction }
+    (named.into_iter().collect(), on_junction)
 }
 
 /// Returns the junctions of intersections that a list gives one controller, in groups of at least two intersections.
-pub fn one_controller(
+pub(crate) fn one_controller(
     graph: &Graph<'_>,
     found: &Found,
     rows: &[ListedSignal],
     match_m: f64,
 ) -> Vec<Vec<u32>> {
     let mut of: BTreeMap<&str, BTreeSet<usize>> = BTreeMap::new();
-    let nearest = assign(&found.intersections, rows, &BTreeSet::new(), match_m).nearest;
+    let [_, nearest] = assign(&found.intersections, rows, &BTreeSet::new(), match_m);
     for (row, (intersection, _)) in nearest {
         if let Some(controller) = rows[row].controller.as_deref() {
             of.entry(controller).or_default().insert(intersection);
@@ -153,20 +149,14 @@ pub fn one_controller(
     groups.map(|group| group.iter().flat_map(nodes).filter_map(index).collect()).collect()
 }
 
-/// Returns what is nearest to a place and the square of its distance.
 fn nearest<T: Copy>(tree: &RTree<Chord<T>>, at: [f64; 3]) -> Option<(T, f64)> {
     tree.nearest_neighbor_iter_with_distance_2(&at)
         .next()
         .map(|(near, squared)| (near.data, squared))
 }
 
-/// Which row has which intersection.
-struct Assigned {
-    /// Row and distance in metres by intersection.
-    row_of: BTreeMap<usize, (usize, f64)>,
-    /// Nearest intersection within reach and its distance, by row.
-    nearest: BTreeMap<usize, (usize, f64)>,
-}
+/// Row by intersection, each with its distance in metres, and the nearest intersection within reach by row.
+type Assigned = [BTreeMap<usize, (usize, f64)>; 2];
 
 /// Gives every row the nearest intersection within reach that no nearer row has; those with a signal
 /// on the map come first, except to rows that stand right on another junction.
@@ -207,7 +197,7 @@ fn assign(
             row_of.insert(i, (row, metres));
         }
     }
-    Assigned { row_of, nearest: nearest_of }
+    [row_of, nearest_of]
 }
 
 /// Keeps the intersections that a list names, each under its id in the list, and says what became
@@ -215,14 +205,13 @@ fn assign(
 /// once, with a signal on the map before those without one. An id may be free text, such as the names
 /// of the streets; what names files is made from it. One that is nothing but blanks, has control
 /// characters or is another intersection's is not taken over.
-pub fn keep_listed(
+pub(crate) fn keep_listed(
     found: &mut Found,
     rows: &[ListedSignal],
-    named: &Named,
+    (_, on_junction): &Named,
     match_m: f64,
 ) -> Vec<ListMatch> {
-    let assigned = assign(&found.intersections, rows, &named.on_junction, match_m);
-    let row_of = &assigned.row_of;
+    let [row_of, nearest_of] = assign(&found.intersections, rows, on_junction, match_m);
     let matched: BTreeMap<usize, usize> = row_of.iter().map(|(i, (row, _))| (*row, *i)).collect();
     let skipped = found.skipped.iter().map(|s| Chord::new(chord(s.place), s.reason));
     let skipped = RTree::bulk_load(skipped.collect());
@@ -231,7 +220,7 @@ pub fn keep_listed(
         .enumerate()
         .map(|(row, listed)| {
             let near = matched.get(&row).map(|i| (*i, row_of[i].1));
-            let near = near.or_else(|| assigned.nearest.get(&row).copied());
+            let near = near.or_else(|| nearest_of.get(&row).copied());
             let owner = near.and_then(|(i, _)| row_of.get(&i)).map(|(owner, _)| *owner);
             let owner = owner.filter(|owner| *owner != row);
             let place = listed.place;
@@ -324,7 +313,6 @@ mod tests {
         }
     }
 
-    /// The ids of intersections of the map in the order of the listed ones, and the reasons.
     fn named(ids: &[&str]) -> (Vec<String>, Vec<bool>) {
         let rows: Vec<_> = ids.iter().enumerate().map(|(i, id)| row(id, at(i, 0.0))).collect();
         let intersections = (0..ids.len()).map(intersection).collect();

@@ -17,15 +17,8 @@ use super::turn::Turns;
 use crate::angle::mirrored_deg;
 use crate::driving_side::DrivingSide;
 
-/// Returns the intersections of an extract of right-hand or left-hand traffic, as on the ground, and the
-/// junctions that a list names.
-///
-/// Left-hand traffic takes the memory of its extract twice.
-///
-/// # Arguments
-///
-/// * `listed` — signals of a list, which stand whatever the map says.
-pub fn found(
+/// As on the ground, and the junctions that a list names. Left-hand traffic takes the memory of its extract twice.
+pub(crate) fn found(
     graph: &Graph<'_>,
     settings: &Settings,
     listed: &[ListedSignal],
@@ -35,12 +28,12 @@ pub fn found(
     let of = |graph: &Graph<'_>, listed: &[ListedSignal]| {
         let mut found = intersections(graph, settings, &[], &[]);
         let named = unmapped(graph, &found, listed, match_m);
-        if !named.nodes.is_empty() {
-            found = intersections(graph, settings, &named.nodes, &[]);
+        if !named.0.is_empty() {
+            found = intersections(graph, settings, &named.0, &[]);
         }
         let together = one_controller(graph, &found, listed, match_m);
         if !together.is_empty() {
-            found = intersections(graph, settings, &named.nodes, &together);
+            found = intersections(graph, settings, &named.0, &together);
         }
         (found, named)
     };
@@ -61,7 +54,9 @@ pub fn found(
 /// Returns an extract with east and west exchanged.
 pub fn mirrored_extract(extract: &Extract) -> Extract {
     let mut mirrored = extract.clone();
-    mirrored.nodes.mirror();
+    for place in mirrored.nodes.places.iter_mut().flatten() {
+        *place = place.mirrored();
+    }
     for signal in &mut mirrored.signals {
         signal.place = signal.place.mirrored();
     }

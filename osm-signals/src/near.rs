@@ -30,11 +30,6 @@ const STRAIGHT_DEG: f64 = 45.0;
 /// wait before them, or two-way streets from two of its nodes lead there, which encloses a triangle, or the
 /// node is half of a staggered crossing and they are the other half. Where links begin or end is no such
 /// junction.
-///
-/// # Arguments
-///
-/// * `join_m` — farthest that such a junction may be, metres.
-/// * `of` — the intersection that each node belongs to.
 pub(super) fn adjoining(
     graph: &Graph<'_>,
     join_m: f64,
@@ -68,7 +63,6 @@ pub(super) fn touch(graph: &Graph<'_>, a: u32, b: u32) -> bool {
     distance_m(graph.place(a), graph.place(b)) <= TOUCHING_M || turning(graph, a, b)
 }
 
-/// Returns whether a one-way link leads from one node to the other within an intersection.
 fn turning(graph: &Graph<'_>, a: u32, b: u32) -> bool {
     let leads = |from: u32, to: u32| {
         let links = graph.steps(from).iter().filter(|s| is_link(graph, **s) && graph.allowed(**s));
@@ -86,7 +80,6 @@ fn is_link(graph: &Graph<'_>, step: Step) -> bool {
     graph.way(step).street.highway.is_link()
 }
 
-/// Returns the streets that leave a node, each with its length to the next junction, metres.
 fn chains<'a>(graph: &'a Graph<'_>, from: u32) -> impl Iterator<Item = (Chain, f64)> + 'a {
     graph.steps(from).iter().map(|step| {
         let chain = graph.chain(*step, &HashSet::new(), &|_| false);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::counts::CountSettings;
 use super::driving_side::DrivingSide;
-use super::range::{self, OutOfRange};
+use super::error::{OutOfRange, check_range};
 use super::signals::SignalColumns;
 use super::tags::Highway;
 
@@ -177,10 +177,6 @@ impl Settings {
     }
 
     /// Checks the numbers.
-    ///
-    /// # Errors
-    ///
-    /// [`OutOfRange`] with the first setting that is out of its range.
     pub fn check(&self) -> Result<(), OutOfRange> {
         let (s, i) = (&self.streets, &self.intersections);
         let ranges = [
@@ -199,15 +195,15 @@ impl Settings {
             ("intersections.list_match_m", i.list_match_m, 1.0, 500.0),
         ];
         for (setting, value, low, high) in ranges {
-            range::check(setting, value, (low, high))?;
+            check_range(setting, value, (low, high))?;
         }
         for (class, lanes) in &s.default_lanes {
             let setting = format!("streets.default_lanes.{}", class.name());
-            range::check(setting, f64::from(*lanes), (1.0, 6.0))?;
+            check_range(setting, f64::from(*lanes), (1.0, 6.0))?;
         }
         for (class, aadt) in &self.traffic.default_aadt_per_lane {
             let setting = format!("traffic.default_aadt_per_lane.{}", class.name());
-            range::check(setting, *aadt, (0.0, 1e5))?;
+            check_range(setting, *aadt, (0.0, 1e5))?;
         }
         self.counts.check()
     }

@@ -6,15 +6,11 @@
 //! A place is a latitude and a longitude, a text `POINT (longitude latitude)`, or the point of a feature. Lists mix
 //! signals with beacons, flashers and planned ones; [`SignalColumns::keep`] says which rows count.
 
-mod choice;
-
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use geo::{BoundingRect, Coord, LineString, Rect};
 use serde::{Deserialize, Serialize};
-
-use choice::{Condition, Values, conditions, doubt, kinds, named};
 
 use super::error::{OsmError, brief};
 use super::extract::Place;
@@ -22,7 +18,6 @@ use super::file;
 use super::geometry::{checked_place, distance_m};
 use super::sources::Source;
 use super::table::{Column, Table};
-use super::wkt;
 
 /// Usual names of the column with the id, the best one first: counts and plans refer to the number of a signal or
 /// intersection, and `id` may be that of a row in a database.
@@ -44,6 +39,30 @@ const CONTROLLER: [&str; 1] = ["controller_id"];
 /// Farthest that a signal may be from the first one of its controller to be at the same intersection, metres: more than the
 /// ramps of an interchange with one controller are apart, less than a block of most cities. This project's choice.
 const ONE_CONTROLLER_M: f64 = 250.0;
+
+/// Values with how often they occur.
+type Values = BTreeMap<String, usize>;
+
+/// Usual names of columns that tell signals from what else a list has.
+const KINDS: [&str; 11] = [
+    "type", "kind", "signal_type", "sig_type", "asset_type", "device_type", "site_type",
+    "category", "status", "state", "signal_status",
+];
+
+/// Parts of words for what stands in such lists and stops nobody, or not yet, or no longer.
+const NO_SIGNALS: [&str; 29] = [
+    "beacon", "flash", "planned", "pending", "proposed", "future", "design", "removed", "retired",
+    "inactive", "abandoned", "school", "rrfb", "rapid", "hawk", "hybrid", "decommission",
+    "construction", "crossing", "pelican", "puffin", "toucan", "meter", "camera", "pedestrian",
+    "mid-block", "midblock", "mid block", "emergency",
+];
+
+/// Whole words for the same: as a part, `sign` is in every signal. Half signals and pedestrian
+/// hybrid beacons (PHB) stop one of two streets, and signals of fire stations only for fire engines.
+const NO_SIGNALS_ALONE: [&str; 5] = ["sign", "signs", "half", "fire", "phb"];
+
+/// Most different values that a message names.
+const NAMED: usize = 8;
 
 /// Names of a signal list's columns, where they are not among the usual ones, and which of its rows count.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -90,18 +109,8 @@ pub struct SignalList {
     pub doubts: Vec<String>,
 }
 
-/// Where the place of a row stands.
-enum At {
-    /// In two columns.
-    Degrees([usize; 2]),
-    /// In a text.
-    Text(usize),
-}
-
 impl SignalList {
     /// Reads a list: CSV, a workbook or GeoJSON points.
-    ///
-    /// # Errors
     ///
     /// [`OsmError`] naming the file and the line: a column that is missing, a place outside the
     /// world, an id that comes twice, no signal at all.
@@ -110,10 +119,6 @@ impl SignalList {
     }
 
     /// Reads a list from the bytes of a file; of a workbook the first sheet that holds anything. `path` is for messages.
-    ///
-    /// # Errors
-    ///
-    /// As [`SignalList::read`].
     pub fn from_bytes(
         bytes: &[u8],
         path: &Path,
@@ -164,7 +169,7 @@ impl SignalList {
             let controller = controller.map(|column| row.text(column)).filter(|c| !c.is_empty());
             list.signals.push(ListedSignal {
                 id,
-                place: at.place(&table, &row)?,
+                place: place(&table, &row, &at)?,
                 line: table.number_of(row.line),
                 controller: controller.map(str::to_owned),
             });
@@ -204,24 +209,19 @@ impl ListedSignal {
     }
 }
 
-impl At {
-    /// Returns the place of a row; latitude 0, longitude 0 for one without any.
-    fn place(&self, table: &Table<'_>, row: &sheet::Row) -> Result<Place, OsmError> {
-        let is_empty = match *self {
-            Self::Degrees(columns) => columns.iter().all(|column| row.text(*column).is_empty()),
-            Self::Text(column) => row.text(column).is_empty(),
-        };
-        match *self {
-            _ if is_empty => Ok(Place { latitude_e7: 0, longitude_e7: 0 }),
-            Self::Degrees(columns) => table.place(row, columns),
-            Self::Text(column) => wkt::point(row.text(column))
-                .and_then(|(latitude, longitude)| checked_place(latitude, longitude))
-                .map_err(|reason| table.error(row.line, reason)),
+/// Latitude 0, longitude 0 for a row without any place.
+fn place(table: &Table<'_>, row: &sheet::Row, at: &[usize]) -> Result<Place, OsmError> {
+    match *at {
+        _ if at.iter().all(|column| row.text(*column).is_empty()) => {
+            Ok(Place { latitude_e7: 0, longitude_e7: 0 })
         }
+        [latitude, longitude] => table.place(row, [latitude, longitude]),
+        _ => point(row.text(at[0]))
+            .and_then(|(latitude, longitude)| checked_place(latitude, longitude))
+            .map_err(|reason| table.error(row.line, reason)),
     }
 }
 
-/// Says where ids may change from one export to the next.
 fn id_doubt(table: &Table<'_>, id: Option<usize>) -> Option<String> {
     let of_rows = Column { what: "id", given: None, usual: &[OF_ROWS] };
     let what = match id {
@@ -236,24 +236,23 @@ fn id_doubt(table: &Table<'_>, id: Option<usize>) -> Option<String> {
     ))
 }
 
-/// Returns where the places of a list stand.
-fn places(table: &Table<'_>, columns: &SignalColumns) -> Result<At, OsmError> {
+/// Columns of latitude and longitude, or one with a text.
+fn places(table: &Table<'_>, columns: &SignalColumns) -> Result<Vec<usize>, OsmError> {
     let text = Column { what: "point", given: columns.point.as_deref(), usual: &POINT };
     if columns.point.is_some() {
-        return Ok(At::Text(table.need(&text)?));
+        return Ok(vec![table.need(&text)?]);
     }
     let given = [columns.latitude.as_deref(), columns.longitude.as_deref()];
     let degrees = Column::place(given);
     let found = [table.find(&degrees[0])?, table.find(&degrees[1])?];
     match (found, table.find(&text)?) {
-        ([Some(latitude), Some(longitude)], _) => Ok(At::Degrees([latitude, longitude])),
-        (_, Some(column)) if given == [None, None] => Ok(At::Text(column)),
-        _ => Ok(At::Degrees([table.need(&degrees[0])?, table.need(&degrees[1])?])),
+        ([Some(latitude), Some(longitude)], _) => Ok(vec![latitude, longitude]),
+        (_, Some(column)) if given == [None, None] => Ok(vec![column]),
+        _ => Ok(vec![table.need(&degrees[0])?, table.need(&degrees[1])?]),
     }
 }
 
-/// Takes the controller from signals that are far from its first one, and says so: one intersection cannot have them all,
-/// and a column may hold another thing, such as the type of the controller.
+/// One intersection cannot have signals far apart, and a column may hold another thing, such as the type of the controller.
 fn part_controllers(signals: &mut [ListedSignal]) -> Option<String> {
     let mut first: BTreeMap<String, Place> = BTreeMap::new();
     let mut apart = 0;
@@ -270,6 +269,101 @@ fn part_controllers(signals: &mut [ListedSignal]) -> Option<String> {
             "{apart} signals are more than {ONE_CONTROLLER_M} m from the first one of their controller and stay \
              intersections of their own"
         )
+    })
+}
+
+struct Condition {
+    column: usize,
+    /// Values of which it has one, lower case; if there are any.
+    any: Vec<String>,
+    /// Values that it has not, lower case.
+    none: Vec<String>,
+}
+
+impl Condition {
+    fn holds(&self, value: &String) -> bool {
+        (self.any.is_empty() || self.any.contains(value)) && !self.none.contains(value)
+    }
+}
+
+fn conditions(table: &Table<'_>, keep: &[String]) -> Result<Vec<Condition>, OsmError> {
+    let mut of: BTreeMap<usize, Condition> = BTreeMap::new();
+    for text in keep {
+        let Some((name, value)) = text.split_once('=') else {
+            let reason = format!("{:?}: expected COLUMN=VALUE or COLUMN!=VALUE", brief(text));
+            return Err(table.nothing(&reason));
+        };
+        let (name, is_not) = match name.strip_suffix('!') {
+            Some(name) => (name, true),
+            None => (name, false),
+        };
+        let column = Column { what: "rows to keep", given: Some(name.trim()), usual: &[] };
+        let column = table.need(&column)?;
+        let new = || Condition { column, any: Vec::new(), none: Vec::new() };
+        let condition = of.entry(column).or_insert_with(new);
+        let values = if is_not { &mut condition.none } else { &mut condition.any };
+        values.push(value.trim().to_lowercase());
+    }
+    Ok(of.into_values().collect())
+}
+
+/// Returns the columns that may tell signals from what else there is and that nobody asked for.
+fn kinds(table: &Table<'_>, conditions: &[Condition]) -> Vec<usize> {
+    let usual = KINDS.iter().filter_map(|name| {
+        let column = Column { what: "kind", given: None, usual: std::slice::from_ref(name) };
+        table.find(&column).ok().flatten()
+    });
+    usual.filter(|column| conditions.iter().all(|c| c.column != *column)).collect()
+}
+
+fn doubt(column: &str, values: &Values) -> Option<String> {
+    let others = |value: &&String| {
+        let value = value.to_lowercase();
+        let mut words = value.split(|c: char| !c.is_alphanumeric());
+        NO_SIGNALS.iter().any(|part| value.contains(part))
+            || words.any(|word| NO_SIGNALS_ALONE.contains(&word))
+    };
+    let doubtful: Values =
+        values.iter().filter(|(v, _)| others(v)).map(|(v, n)| (v.clone(), *n)).collect();
+    let rows: usize = doubtful.values().sum();
+    let first = doubtful.keys().next()?;
+    Some(format!(
+        "{rows} rows may be no signals: column {} has {}; leave them out with --signals-where, such as '{}!={}'",
+        column,
+        named(&doubtful),
+        column,
+        brief(first)
+    ))
+}
+
+fn named(values: &Values) -> String {
+    let mut sorted: Vec<(&String, &usize)> = values.iter().collect();
+    sorted.sort_by(|a, b| b.1.cmp(a.1).then(a.0.cmp(b.0)));
+    let more = if sorted.len() > NAMED { ", ..." } else { "" };
+    let named = sorted.iter().take(NAMED).map(|(value, n)| format!("{} ({n})", brief(value)));
+    format!("{}{more}", named.collect::<Vec<_>>().join(", "))
+}
+
+/// Returns latitude and longitude, degrees, of a text such as `POINT (-111.9 40.7)`, `SRID=4326;POINT Z(-111.9 40.7 3)`,
+/// `(40.7, -111.9)`, which portals of Socrata write, or `{"type": "Point", "coordinates": [-111.9, 40.7]}`.
+fn point(text: &str) -> Result<(f64, f64), String> {
+    let found = || {
+        let (kind, rest) = text.split_once(['(', '['])?;
+        let (inner, _) = rest.rsplit_once([')', ']'])?;
+        let numbers = inner.split([' ', ',', '(', ')', '[', ']']).filter(|n| !n.is_empty());
+        let numbers: Vec<f64> = numbers.map(|n| n.parse().ok()).collect::<Option<_>>()?;
+        match (kind.trim(), &numbers[..]) {
+            ("", [latitude, longitude]) => Some((*latitude, *longitude)),
+            ("", _) => None,
+            (_, [longitude, latitude] | [longitude, latitude, _]) => {
+                text.to_uppercase().contains("POINT").then_some((*latitude, *longitude))
+            }
+            _ => None,
+        }
+    };
+    found().ok_or_else(|| {
+        let text = brief(text);
+        format!("{text:?}: expected POINT (longitude latitude), such as POINT (-111.89 40.76)")
     })
 }
 

@@ -9,16 +9,16 @@
 //! neighbouring ones in a dense street grid.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashSet};
 
 use super::crossings::crossed_all_around;
 use super::extract::SignalNode;
+use super::flags::Skip;
 use super::geometry::{bearing_deg, distance_m};
 use super::graph::{Graph, Step};
-use super::groups::{Group, Groups};
 use super::near::{adjoining, touch};
 use super::settings::IntersectionSettings;
-use super::tags::{Highway, Special};
+use super::tags::Highway;
 use crate::angle::turn_degrees;
 
 /// Largest deviation of two carriageways from opposite headings, degrees.
@@ -32,49 +32,26 @@ const ACROSS_DEG: f64 = 50.0;
 /// degrees: a street that only changes its name goes on more or less straight.
 const CORNER_DEG: f64 = 45.0;
 
-/// Why a signal controls no junction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Uncontrolled {
-    /// It is on no drivable street.
-    NotOnStreet,
-    /// No junction of streets is within reach.
-    NoJunction,
-    /// The extract ends before a junction.
-    Border,
-    /// Its street ends at it: probably where the extract was cut out.
-    EndOfStreet,
-    /// It is for something else than a junction.
-    Special(Special),
-}
-
 /// Junctions that are one intersection, and its signals.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Site {
-    /// Junction nodes, sorted.
-    pub nodes: Vec<u32>,
+pub(super) struct Site {
+    pub(super) nodes: Vec<u32>,
     /// Positions in [`Extract::signals`](super::extract::Extract::signals), sorted; empty for a
     /// junction that only a signal list names or whose crossings alone have signals.
-    pub signals: Vec<usize>,
-    /// Whether a signal list names one of its junctions.
-    pub listed: bool,
-    /// Whether a signal list says that its signals have one controller.
-    pub together: bool,
+    pub(super) signals: Vec<usize>,
+    pub(super) listed: bool,
+    pub(super) together: bool,
     /// Whether ramps are joined in it only because they are near.
-    pub ramps: bool,
+    pub(super) ramps: bool,
 }
 
-/// Returns the sites of an extract and the signals that belong to none.
-///
-/// # Arguments
-///
-/// * `listed` — further junctions that have a signal, whatever the map says.
-/// * `together` — groups of junctions with a signal that are one intersection, however far apart they are.
-pub fn sites(
+/// `listed` are further junctions with a signal; those of `together` are one intersection, however far apart they are.
+pub(super) fn sites(
     graph: &Graph<'_>,
     settings: &IntersectionSettings,
     listed: &[u32],
     together: &[Vec<u32>],
-) -> (Vec<Site>, Vec<(usize, Uncontrolled)>) {
+) -> (Vec<Site>, Vec<(usize, Skip)>) {
     let mut anchors: BTreeMap<u32, Vec<usize>> = listed.iter().map(|n| (*n, vec![])).collect();
     let (mut left, mut corners) = (Vec::new(), Vec::new());
     for (signal, index) in graph.extract.signals.iter().zip(0..) {
@@ -87,7 +64,7 @@ pub fn sites(
         }
     }
     left.retain(|(index, reason)| {
-        let behind = (*reason == Uncontrolled::NoJunction)
+        let behind = (*reason == Skip::NoJunction)
             .then(|| junction_behind(graph, settings.join_m, &graph.extract.signals[*index]))
             .flatten();
         match behind.and_then(|node| anchors.get_mut(&node)) {
@@ -119,23 +96,18 @@ pub fn sites(
     (sites, left)
 }
 
-/// Returns the junction that a signal controls.
-fn junction_of(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Result<u32, Uncontrolled> {
+fn junction_of(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Result<u32, Skip> {
     let node = graph.extract.nodes.index(signal.id).map(|n| n as u32);
-    let Some(node) = node else { return Err(Uncontrolled::NotOnStreet) };
+    let Some(node) = node else { return Err(Skip::NotOnStreet) };
     if graph.steps(node).is_empty() {
         // All neighbours are missing.
-        return Err(if graph.is_cut(node) {
-            Uncontrolled::Border
-        } else {
-            Uncontrolled::NotOnStreet
-        });
+        return Err(if graph.cut.contains(&node) { Skip::Border } else { Skip::NotOnStreet });
     }
     let none = HashSet::new();
     let at_junction = graph.is_junction(node, &none);
-    let on_rails = (signal.tags.on_rails && !at_junction).then_some(Special::LevelCrossing);
+    let on_rails = (signal.tags.on_rails && !at_junction).then_some(Skip::LevelCrossing);
     if let Some(special) = signal.tags.special.or(on_rails) {
-        return Err(Uncontrolled::Special(special));
+        return Err(special);
     }
     if at_junction {
         return Ok(node);
@@ -155,14 +127,14 @@ fn junction_of(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Result<u
     found.ok_or_else(|| {
         let ends_at_border = graph.steps(node).iter().any(|s| {
             let chain = graph.chain_within(*s, reach_m);
-            graph.is_cut(chain.end) && graph.length_m(&chain.steps) <= reach_m
+            graph.cut.contains(&chain.end) && graph.length_m(&chain.steps) <= reach_m
         });
-        if ends_at_border || graph.is_cut(node) {
-            Uncontrolled::Border
+        if ends_at_border || graph.cut.contains(&node) {
+            Skip::Border
         } else if graph.neighbours(node, &none).len() == 1 {
-            Uncontrolled::EndOfStreet
+            Skip::EndOfStreet
         } else {
-            Uncontrolled::NoJunction
+            Skip::NoJunction
         }
     })
 }
@@ -181,8 +153,7 @@ fn corner(graph: &Graph<'_>, join_m: f64, signal: &SignalNode, junction: u32) ->
     (named && near && bend >= CORNER_DEG).then_some(node)
 }
 
-/// Returns the junction that traffic has just left at a signal, such as one at the far side of a
-/// crossing.
+/// Such as of a signal at the far side of a crossing.
 fn junction_behind(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Option<u32> {
     let node = graph.extract.nodes.index(signal.id)? as u32;
     let chains = graph.steps(node).iter().map(|s| graph.chain_within(*s, reach_m));
@@ -190,16 +161,12 @@ fn junction_behind(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Opti
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, end)| end)
 }
 
-/// A node within reach of another along the streets.
-#[derive(Debug, Clone, Copy)]
-struct Reached {
-    metres: f64,
-    before: u32,
-}
+/// A node within reach of another along the streets: metres to it, and the node before it.
+type Reached = (f64, u32);
 
 /// Returns the nodes within a distance along the streets, whichever way traffic goes.
 fn within_reach(graph: &Graph<'_>, from: u32, limit_m: f64) -> BTreeMap<u32, Reached> {
-    let mut reached = BTreeMap::from([(from, Reached { metres: 0.0, before: from })]);
+    let mut reached = BTreeMap::from([(from, (0.0, from))]);
     // Millimetres, because floating-point numbers have no total order for a heap.
     let mut heap = BinaryHeap::from([(Reverse(0_u64), from)]);
     let mut done = HashSet::new();
@@ -207,11 +174,11 @@ fn within_reach(graph: &Graph<'_>, from: u32, limit_m: f64) -> BTreeMap<u32, Rea
         if !done.insert(node) {
             continue;
         }
-        let base_m = reached[&node].metres;
+        let base_m = reached[&node].0;
         for step in graph.steps(node) {
             let (to, metres) = (graph.target(*step), base_m + graph.step_m(*step));
-            if metres <= limit_m && reached.get(&to).is_none_or(|r| metres < r.metres) {
-                reached.insert(to, Reached { metres, before: node });
+            if metres <= limit_m && reached.get(&to).is_none_or(|r| metres < r.0) {
+                reached.insert(to, (metres, node));
                 heap.push((Reverse((metres * 1000.0) as u64), to));
             }
         }
@@ -219,7 +186,6 @@ fn within_reach(graph: &Graph<'_>, from: u32, limit_m: f64) -> BTreeMap<u32, Rea
     reached
 }
 
-/// Returns the anchors that are one intersection, with the other junctions that belong to it.
 fn group(
     graph: &Graph<'_>,
     settings: &IntersectionSettings,
@@ -231,12 +197,12 @@ fn group(
     let mut links = Vec::new();
     for a in anchors.keys().copied() {
         let reached = within_reach(graph, a, settings.max_extent_m);
-        for (b, r) in reached.range(a + 1..).filter(|(b, _)| anchors.contains_key(b)) {
-            let sure = r.metres <= settings.join_m
-                || (r.metres <= settings.median_m && opposite(graph, a, *b))
+        for (b, (metres, _)) in reached.range(a + 1..).filter(|(b, _)| anchors.contains_key(b)) {
+            let sure = *metres <= settings.join_m
+                || (*metres <= settings.median_m && opposite(graph, a, *b))
                 || touch(graph, a, *b);
-            if sure || (r.metres <= settings.ramps_m && ramps(graph, a) && ramps(graph, *b)) {
-                links.push((!sure, r.metres, a, *b, path(&reached, *b)));
+            if sure || (*metres <= settings.ramps_m && ramps(graph, a) && ramps(graph, *b)) {
+                links.push((!sure, *metres, a, *b, path(&reached, *b)));
             }
         }
     }
@@ -277,19 +243,17 @@ fn group(
     groups.members()
 }
 
-/// Returns whether a ramp begins or ends at a junction.
 fn ramps(graph: &Graph<'_>, node: u32) -> bool {
     let class = |s: &Step| graph.way(*s).street.highway;
     graph.steps(node).iter().any(|s| matches!(class(s), Highway::MotorwayLink | Highway::TrunkLink))
 }
 
-/// Returns the nodes between the start of a search and a node.
 fn path(reached: &BTreeMap<u32, Reached>, to: u32) -> Vec<u32> {
     let mut nodes = Vec::new();
-    let mut node = reached[&to].before;
-    while reached[&node].before != node {
+    let mut node = reached[&to].1;
+    while reached[&node].1 != node {
         nodes.push(node);
-        node = reached[&node].before;
+        node = reached[&node].1;
     }
     nodes
 }
@@ -315,4 +279,87 @@ fn opposite(graph: &Graph<'_>, a: u32, b: u32) -> bool {
                 && street.highway == other_street.highway
         })
     })
+}
+
+#[derive(Debug, Clone, Default)]
+struct Group {
+    nodes: BTreeSet<u32>,
+    /// Whether ramps are joined in it only because they are near.
+    ramps: bool,
+}
+
+/// Disjoint groups of nodes of limited extent.
+struct Groups<'g, 'a> {
+    graph: &'g Graph<'a>,
+    max_extent_m: f64,
+    of: BTreeMap<u32, usize>,
+    groups: Vec<Group>,
+}
+
+impl<'g, 'a> Groups<'g, 'a> {
+    fn new(graph: &'g Graph<'a>, max_extent_m: f64, nodes: impl Iterator<Item = u32>) -> Self {
+        let mut of = BTreeMap::new();
+        let mut groups = Vec::new();
+        for (node, i) in nodes.zip(0..) {
+            of.insert(node, i);
+            groups.push(Group { nodes: BTreeSet::from([node]), ramps: false });
+        }
+        Self { graph, max_extent_m, of, groups }
+    }
+
+    fn fits(&self, a: usize, others: &BTreeSet<u32>) -> bool {
+        self.groups[a].nodes.iter().all(|x| {
+            others.iter().all(|y| {
+                distance_m(self.graph.place(*x), self.graph.place(*y)) <= self.max_extent_m
+            })
+        })
+    }
+
+    /// Joins the groups of two nodes and takes in the nodes between them, unless that is too wide.
+    fn join(&mut self, a: u32, b: u32, between: BTreeSet<u32>, guessed: bool) {
+        let (i, j) = (self.of[&a], self.of[&b]);
+        let free = between.into_iter().filter(|n| !self.of.contains_key(n));
+        let mut others: BTreeSet<u32> = free.collect();
+        if i != j {
+            others.extend(&self.groups[j].nodes);
+        } else if guessed {
+            return;
+        }
+        if self.fits(i, &others) {
+            self.take(i, j, others);
+            self.groups[i].ramps |= guessed;
+        }
+    }
+
+    fn unite(&mut self, a: u32, b: u32) {
+        let (i, j) = (self.of[&a], self.of[&b]);
+        if i != j {
+            let others = self.groups[j].nodes.clone();
+            self.take(i, j, others);
+        }
+    }
+
+    /// Puts nodes into a group, those of another group among them, which is empty then.
+    fn take(&mut self, i: usize, j: usize, nodes: BTreeSet<u32>) {
+        if i != j {
+            let other = std::mem::take(&mut self.groups[j]);
+            self.groups[i].ramps |= other.ramps;
+        }
+        self.of.extend(nodes.iter().map(|n| (*n, i)));
+        self.groups[i].nodes.extend(nodes);
+    }
+
+    fn add(&mut self, a: u32, node: u32) -> bool {
+        let group = self.of[&a];
+        let fits = self.fits(group, &BTreeSet::from([node]));
+        if fits {
+            self.groups[group].nodes.insert(node);
+            self.of.insert(node, group);
+        }
+        fits
+    }
+
+    fn members(self) -> Vec<Group> {
+        self.groups.into_iter().filter(|group| !group.nodes.is_empty()).collect()
+    }
 }

@@ -34,10 +34,6 @@ pub struct Source<'a> {
 
 impl<'a> Source<'a> {
     /// Returns every sheet of a workbook that holds anything, or the one list of another file; at least one.
-    ///
-    /// # Errors
-    ///
-    /// [`OsmError`] naming the file: it is no list, damaged, projected, or has no points.
     pub fn sheets(bytes: &'a [u8], path: &Path) -> Result<Vec<Self>, OsmError> {
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         if bytes.starts_with(ARCHIVE) {
@@ -59,7 +55,6 @@ fn no_list(path: &Path) -> OsmError {
     OsmError::Nothing { path: path.to_path_buf(), reason: reason.to_owned() }
 }
 
-/// Reads the sheets of a workbook that hold anything.
 fn workbook(bytes: &[u8], path: &Path) -> Result<Vec<Source<'static>>, OsmError> {
     let mut workbook = Xlsx::new(Cursor::new(bytes)).map_err(|_| no_list(path))?;
     let mut sheets = Vec::new();
@@ -109,7 +104,6 @@ fn to_second(at: &ExcelDateTime) -> ExcelDateTime {
     of((days * DAY_S).round() / DAY_S, is_1904)
 }
 
-/// Reads GeoJSON points.
 fn points(bytes: &[u8], path: &Path) -> Result<Source<'static>, OsmError> {
     let collection: FeatureCollection =
         features::read(bytes, path, "a FeatureCollection of points")?;
@@ -147,7 +141,6 @@ fn written(position: &Position) -> [String; 2] {
     [at(1), at(0)]
 }
 
-/// Returns rows as the text of a table, one line each.
 fn csv(rows: Vec<Vec<String>>) -> String {
     let field =
         |field: &String| format!("\"{}\"", field.replace(['\r', '\n'], " ").replace('"', "\"\""));

@@ -25,20 +25,12 @@ const STRAIGHT_DEG: f64 = 60.0;
 /// Name and rank of a street.
 type Named = (Option<Box<str>>, u8);
 
-/// A count elsewhere on a street.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SpreadCount {
-    /// Vehicles per day, of both directions unless the street is one-way.
-    pub aadt_veh_per_day: f64,
-    /// Id of the count.
-    pub id: String,
-    /// Distance of the counted block from the junction, metres along the street.
-    pub along_m: f64,
-}
+/// A count elsewhere on a street: vehicles per day, of both directions unless the street is one-way, its id, and the distance
+/// of the counted block from the junction, metres along the street.
+pub(super) type SpreadCount = (f64, String, f64);
 
-/// The streets of an extract with what ends the reach of a count.
 #[derive(Debug)]
-pub struct Spread<'a> {
+pub(super) struct Spread<'a> {
     graph: &'a Graph<'a>,
     /// Nodes of the graph by where they are.
     node_at: HashMap<(i32, i32), u32>,
@@ -47,23 +39,11 @@ pub struct Spread<'a> {
     limit_m: f64,
 }
 
-/// A street that is walked along.
-struct Walk<'a> {
-    name: &'a str,
-    one_way: bool,
-    lanes: u32,
-}
-
 impl<'a> Spread<'a> {
-    /// Returns the streets around the intersections of an extract.
-    ///
-    /// # Arguments
-    ///
-    /// * `limit_m`: how far a count reaches, metres.
-    pub fn new(graph: &'a Graph<'a>, intersections: &[Intersection], limit_m: f64) -> Self {
+    pub(super) fn new(graph: &'a Graph<'a>, intersections: &[Intersection], limit_m: f64) -> Self {
         let nodes = &graph.extract.nodes;
-        let node_at = (0..nodes.len())
-            .filter_map(|node| nodes.place(node).map(|place| (key(place), node as u32)))
+        let node_at = (0..nodes.ids.len())
+            .filter_map(|node| nodes.places[node].map(|place| (key(place), node as u32)))
             .collect();
         let mut arms_at = HashMap::new();
         for intersection in intersections {
@@ -76,8 +56,7 @@ impl<'a> Spread<'a> {
         Self { graph, node_at, arms_at, limit_m }
     }
 
-    /// Returns the nearest count elsewhere on the street of an arm, if one is within reach.
-    pub fn find(&self, arm: &Arm, counts: &Counts) -> Option<SpreadCount> {
+    pub(super) fn find(&self, arm: &Arm, counts: &Counts) -> Option<SpreadCount> {
         if self.limit_m <= 0.0 {
             return None;
         }
@@ -85,20 +64,18 @@ impl<'a> Spread<'a> {
         let (start, next) = (*self.node_at.get(&key(*start))?, *self.node_at.get(&key(*next))?);
         let same = |s: &&Step| self.graph.target(**s) == next && self.name(**s) == Some(name);
         let first = *self.graph.steps(start).iter().find(same)?;
-        let walk = Walk { name, one_way: arm.lanes_out == 0, lanes: arm.lanes_in + arm.lanes_out };
-        let outwards = self.walk(&walk, first, counts);
-        let across = (!self.ends(start, name, rank(self.graph.way(first).street.highway)))
-            .then(|| self.onward(&walk, first.reversed(), &HashSet::new()))
+        let outwards = self.walk(arm, first, counts);
+        let across = (!self.ends(start, Some(name), rank(self.graph.way(first).street.highway)))
+            .then(|| self.onward(arm, first.reversed(), &HashSet::new()))
             .flatten()
-            .and_then(|step| self.walk(&walk, step, counts));
+            .and_then(|step| self.walk(arm, step, counts));
         match (outwards, across) {
-            (Some(a), Some(b)) => Some(if a.along_m <= b.along_m { a } else { b }),
+            (Some(a), Some(b)) => Some(if a.2 <= b.2 { a } else { b }),
             (a, b) => a.or(b),
         }
     }
 
-    /// Walks along a street, block by block, to the first counted one.
-    fn walk(&self, walk: &Walk<'_>, first: Step, counts: &Counts) -> Option<SpreadCount> {
+    fn walk(&self, arm: &Arm, first: Step, counts: &Counts) -> Option<SpreadCount> {
         let graph = self.graph;
         let none = HashSet::new();
         let mut used = HashSet::from([first.piece]);
@@ -108,16 +85,15 @@ impl<'a> Spread<'a> {
             let node = graph.target(step);
             block.push(graph.place(node));
             metres += graph.step_m(step);
-            let next = self.onward(walk, step, &used);
+            let next = self.onward(arm, step, &used);
             if graph.is_junction(node, &none) || next.is_none() {
-                if let Some(found) = counts.along(&block, walk.lanes) {
-                    let (id, aadt_veh_per_day) = (found.id, found.aadt_veh_per_day);
-                    return Some(SpreadCount { aadt_veh_per_day, id, along_m });
+                if let Some(found) = counts.along(&block, arm.lanes_in + arm.lanes_out) {
+                    return Some((found.aadt_veh_per_day, found.id, along_m));
                 }
                 (block, along_m) = (vec![graph.place(node)], metres);
             }
             let class = rank(graph.way(step).street.highway);
-            if along_m > self.limit_m || self.ends(node, walk.name, class) {
+            if along_m > self.limit_m || self.ends(node, arm.name.as_deref(), class) {
                 return None;
             }
             step = next?;
@@ -126,23 +102,23 @@ impl<'a> Spread<'a> {
     }
 
     /// Returns the step with which a street goes on: of those of its name the straightest.
-    fn onward(&self, walk: &Walk<'_>, step: Step, used: &HashSet<u32>) -> Option<Step> {
+    fn onward(&self, arm: &Arm, step: Step, used: &HashSet<u32>) -> Option<Step> {
         let graph = self.graph;
         let node = graph.target(step);
         let turn = |s: &Step| turn_degrees(graph.direction(step), graph.direction(*s)).abs();
         let on = graph.steps(node).iter().copied().filter(|s| {
             s.piece != step.piece
                 && !used.contains(&s.piece)
-                && self.name(*s) == Some(walk.name)
-                && (!walk.one_way || graph.is_one_way(*s))
+                && self.name(*s) == arm.name.as_deref()
+                && (arm.lanes_out > 0 || graph.is_one_way(*s))
                 && turn(s) <= STRAIGHT_DEG
         });
         on.min_by(|a, b| turn(a).total_cmp(&turn(b)).then(a.cmp(b)))
     }
 
     /// Returns whether a signalised intersection with another street of a higher class is at a node.
-    fn ends(&self, node: u32, name: &str, class: u8) -> bool {
-        let higher = |(other, rank): &Named| *rank < class && other.as_deref() != Some(name);
+    fn ends(&self, node: u32, name: Option<&str>, class: u8) -> bool {
+        let higher = |(other, rank): &Named| *rank < class && other.as_deref() != name;
         self.arms_at.get(&node).is_some_and(|arms| arms.iter().any(higher))
     }
 

@@ -22,26 +22,21 @@ pub enum Source {
     Default,
 }
 
-/// Lanes of a street in one direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Lanes {
+pub(crate) struct Lanes {
     /// All of them, the centre lane included.
-    pub lanes: u32,
+    pub(crate) lanes: u32,
     /// Those from which only left turns are marked, the centre lane included.
-    pub left_only: u32,
-    /// Those from which only right turns are marked.
-    pub right_only: u32,
+    pub(crate) left_only: u32,
+    pub(crate) right_only: u32,
     /// Whether a lane between the directions is among the left-only ones.
-    pub centre: bool,
-    /// Whether turns are marked.
-    pub marked: bool,
-    /// What the number rests on.
-    pub source: Source,
+    pub(crate) centre: bool,
+    pub(crate) marked: bool,
+    pub(crate) source: Source,
 }
 
-/// What the streets of an extract have in common, by class.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Streets {
+pub(crate) struct Streets {
     /// Most frequent total of lanes by class and one-wayness.
     lanes: BTreeMap<(Highway, bool), u32>,
     /// Most frequent speed limit by class, miles per hour.
@@ -50,8 +45,7 @@ pub struct Streets {
 }
 
 impl Streets {
-    /// Gathers what the ways of an extract say.
-    pub fn new(extract: &Extract, settings: &StreetSettings) -> Self {
+    pub(crate) fn new(extract: &Extract, settings: &StreetSettings) -> Self {
         let mut lanes: BTreeMap<(Highway, bool), BTreeMap<u32, u32>> = BTreeMap::new();
         let mut speeds: BTreeMap<Highway, BTreeMap<u32, u32>> = BTreeMap::new();
         for street in extract.ways.iter().map(|w| &w.street) {
@@ -88,8 +82,7 @@ impl Streets {
         }
     }
 
-    /// Returns the speed limit of a street in a direction, miles per hour.
-    pub fn speed_mph(&self, street: &Street, forward: bool) -> (f64, Source) {
+    pub(crate) fn speed_mph(&self, street: &Street, forward: bool) -> (f64, Source) {
         if let Some(mph) = street.speed.in_direction(forward) {
             return (f64::from(mph), Source::Tagged);
         }
@@ -99,15 +92,14 @@ impl Streets {
         }
     }
 
-    /// Returns the lanes of a street in a direction that it allows.
-    pub fn lanes(&self, street: &Street, forward: bool) -> Lanes {
+    pub(crate) fn lanes(&self, street: &Street, forward: bool) -> Lanes {
         let (through, centre, source) = self.count(street, forward);
         let marks = marks(street, forward).filter(|marks| marks.len() == through as usize);
         let count = |is: fn(TurnLane) -> bool| {
             marks.map_or(0, |marks| marks.iter().filter(|m| is(**m)).count() as u32)
         };
         let (left_only, right_only) =
-            (count(TurnLane::is_left_only), count(TurnLane::is_right_only));
+            (count(TurnLane::is_left_only), count(|turn| turn == TurnLane::RIGHT));
         let centre = centre && left_only == 0;
         Lanes {
             lanes: through + u32::from(centre),
@@ -158,7 +150,6 @@ impl Streets {
         ((split / 2).max(1), odd || centre.unwrap_or(false), source)
     }
 
-    /// Returns the total that streets of this class usually have.
     fn typical(&self, street: &Street, one_way: bool) -> (u32, Source) {
         if let Some(lanes) = self.lanes.get(&(street.highway, one_way)) {
             return (*lanes, Source::Imputed);

@@ -128,10 +128,13 @@ impl Survey {
     }
 }
 
-/// Returns the smallest box around the streets of an extract, degrees.
 fn covered(extract: &Extract) -> Option<Rect<f64>> {
-    let places = (0..extract.nodes.len()).filter_map(|node| extract.nodes.place(node));
-    let line: LineString<f64> =
-        places.map(|p| Coord { x: p.longitude(), y: p.latitude() }).collect();
+    let line: LineString<f64> = extract
+        .nodes
+        .places
+        .iter()
+        .flatten()
+        .map(|p| Coord { x: p.longitude(), y: p.latitude() })
+        .collect();
     line.bounding_rect()
 }

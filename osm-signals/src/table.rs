@@ -25,19 +25,15 @@ const LONGITUDE: &[&str] = &[
     "shape_lng", "shape_lon", "lon_wgs84",
 ];
 
-/// A column to look for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Column<'a> {
     /// What it holds; also the setting that gives its name.
     pub(super) what: &'static str,
-    /// Its name, if the user gives it.
     pub(super) given: Option<&'a str>,
-    /// Its usual names, the best one first.
     pub(super) usual: &'a [&'a str],
 }
 
 impl<'a> Column<'a> {
-    /// Returns the columns with the latitude and the longitude, degrees.
     pub(super) fn place(given: [Option<&'a str>; 2]) -> [Self; 2] {
         [
             Self { what: "latitude", given: given[0], usual: LATITUDE },
@@ -46,7 +42,6 @@ impl<'a> Column<'a> {
     }
 }
 
-/// A table that is being read.
 pub(super) struct Table<'a> {
     path: &'a Path,
     sheet: Sheet,
@@ -55,11 +50,6 @@ pub(super) struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// Opens a table; `path` is for messages only.
-    ///
-    /// # Errors
-    ///
-    /// [`OsmError`] when it is no text, empty, or no table.
     pub(super) fn open(
         bytes: &[u8],
         path: &'a Path,
@@ -73,21 +63,14 @@ impl<'a> Table<'a> {
         Ok(table)
     }
 
-    /// Returns the names of the columns.
     pub(super) fn headers(&self) -> impl Iterator<Item = &str> {
         self.sheet.headers().iter()
     }
 
-    /// Returns the name of a column, for messages.
     pub(super) fn name(&self, column: usize) -> String {
         brief(self.sheet.headers().get(column).unwrap_or_default())
     }
 
-    /// Returns where a column is; `None` if the table has none with a usual name.
-    ///
-    /// # Errors
-    ///
-    /// [`OsmError`] when there is none of the name that the user gives, or several of one name.
     pub(super) fn find(&self, column: &Column<'_>) -> Result<Option<usize>, OsmError> {
         let given = column.given.as_ref().map(std::slice::from_ref);
         for name in given.unwrap_or(column.usual) {
@@ -107,11 +90,6 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Returns where a column is that has to be there.
-    ///
-    /// # Errors
-    ///
-    /// [`OsmError`] when there is none or several of one name.
     pub(super) fn need(&self, column: &Column<'_>) -> Result<usize, OsmError> {
         self.find(column)?.ok_or_else(|| {
             let usual = column.usual.iter().filter(|name| !PLACE.contains(name));
@@ -120,8 +98,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Returns the error that a column is missing.
-    pub(super) fn no_column(&self, what: &str) -> OsmError {
+    fn no_column(&self, what: &str) -> OsmError {
         let names: Vec<String> = self.headers().take(QUOTED_COLUMNS).map(brief).collect();
         let names = names.join(", ");
         let reason = format!(
@@ -130,16 +107,10 @@ impl<'a> Table<'a> {
         self.error(self.header_line(), reason)
     }
 
-    /// Returns the next row that is not blank; `None` at the end.
-    ///
-    /// # Errors
-    ///
-    /// [`OsmError`] when it has more or less fields than there are columns.
     pub(super) fn next_row(&mut self) -> Result<Option<Row>, OsmError> {
         self.sheet.next_row().map_err(|fault| self.error(fault.line, fault.message))
     }
 
-    /// Returns the line with the names of the columns.
     pub(super) fn header_line(&self) -> u64 {
         self.sheet.header_line()
     }
@@ -149,30 +120,15 @@ impl<'a> Table<'a> {
         line.saturating_add_signed(self.rows.1).max(1)
     }
 
-    /// Returns a field's number; `None` if the field is empty.
-    ///
-    /// # Errors
-    ///
-    /// [`OsmError`] when it is no finite number.
     pub(super) fn optional_number(&self, row: &Row, at: usize) -> Result<Option<f64>, OsmError> {
         row.number(at).map_err(|way_out| self.no_number(row, at, way_out))
     }
 
-    /// Returns a field's number of what is many, such as vehicles per day.
-    ///
-    /// # Errors
-    ///
-    /// [`OsmError`] when the field is empty, no finite number, or may be two.
     pub(super) fn count(&self, row: &Row, at: usize) -> Result<f64, OsmError> {
         let count = row.count(at).map_err(|way_out| self.no_number(row, at, &way_out))?;
         count.ok_or_else(|| self.no_number(row, at, "fill it in or remove the row"))
     }
 
-    /// Returns the place of a row, from its columns of latitude and longitude.
-    ///
-    /// # Errors
-    ///
-    /// [`OsmError`] when it is missing, no number, or outside the world.
     pub(super) fn place(&self, row: &Row, at: [usize; 2]) -> Result<Place, OsmError> {
         let number = |at| {
             let number = self.optional_number(row, at)?;
@@ -187,22 +143,16 @@ impl<'a> Table<'a> {
         self.error(row.line, format!("column {name}: {text:?} is no number; {way_out}"))
     }
 
-    /// Returns an error at a line.
     pub(super) fn error(&self, line: u64, reason: String) -> OsmError {
         malformed(self.path, format!("{} {}", self.rows.0, self.number_of(line)), reason)
     }
 
-    /// Returns an error for a table in which something is missing altogether.
     pub(super) fn nothing(&self, reason: &str) -> OsmError {
         OsmError::Nothing { path: self.path.to_path_buf(), reason: reason.to_owned() }
     }
 }
 
 /// Returns the text of a file, without the mark before it.
-///
-/// # Errors
-///
-/// [`OsmError`] naming the line that is none.
 pub(super) fn text<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str>, OsmError> {
     sheet::decode(bytes).map_err(|fault| at_line(path, fault))
 }

@@ -64,7 +64,7 @@ pub struct ArmTraffic {
 /// Half of a count that is the total of both directions goes to a two-way arm. An arm without a count
 /// gets one from elsewhere on its street ([`Spread`]), else the mean per lane of the counted arms of its
 /// class, or the default of its class if fewer than three are counted.
-pub fn traffic(
+pub(crate) fn traffic(
     intersections: &[Intersection],
     counts: Option<(&Counts, &Spread<'_>)>,
     settings: &TrafficSettings,
@@ -77,9 +77,7 @@ pub fn traffic(
     };
     let elsewhere = |arm: &Arm| {
         let (counts, spread) = counts.filter(|_| arm.lanes_in > 0)?;
-        let found = spread.find(arm, counts)?;
-        let found = (found.aadt_veh_per_day, found.id, found.along_m);
-        Some(counted(arm, InflowSource::Spread, found, settings))
+        Some(counted(arm, InflowSource::Spread, spread.find(arm, counts)?, settings))
     };
     let counted_here: Vec<Vec<Option<ArmTraffic>>> =
         intersections.iter().map(|i| i.arms.iter().map(&here).collect()).collect();
@@ -116,7 +114,6 @@ pub fn traffic(
         .collect()
 }
 
-/// Returns the traffic of an arm with a count: its vehicles per day, its id and distance.
 fn counted(
     arm: &Arm,
     source: InflowSource,

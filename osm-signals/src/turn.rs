@@ -100,11 +100,6 @@ impl Turns {
 
 /// Returns the exits from an arm on the ground with the turns that lead to them, leftmost first. Those of left-hand
 /// traffic are decided in the mirror, as in its networks.
-///
-/// # Arguments
-///
-/// * `side` — which traffic keeps to.
-/// * `from_deg`, `others` — as those of [`exits`].
 pub fn exits_on<Id: Copy>(
     side: DrivingSide,
     from_deg: f64,
@@ -121,8 +116,6 @@ pub fn exits_on<Id: Copy>(
 }
 
 /// Returns the exits from an arm of right-hand traffic with the turns that lead to them, leftmost first.
-///
-/// # Arguments
 ///
 /// * `from_deg` — bearing of the arm that vehicles come from, degrees clockwise from north.
 /// * `exits` — the other arms that lead away: whatever names them, and their bearings, degrees.

@@ -7,12 +7,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use osm_signals::arms::Arm;
-use osm_signals::graph::Graph;
 use osm_signals::intersections::Found;
-use osm_signals::mirror;
 use osm_signals::read::read;
 use osm_signals::settings::Settings;
 use osm_signals::streets::Source;
+use osm_signals::survey::{Inputs, Survey};
 
 /// How far bearings may be off, degrees.
 const BEARING_DEG: f64 = 3.0;
@@ -34,9 +33,9 @@ fn found(case: &Path) -> Found {
     let mut extract = read(&case.join("input.osm"), &|_, _| {}).unwrap();
     let config = case.join("config.toml");
     let config = if config.exists() { settings(&config) } else { Settings::default() };
-    let side = config.streets.driving_side.unwrap_or_default();
+    let driving_side = config.streets.driving_side.unwrap_or_default();
     extract.ways.retain(|way| config.streets.is_street(way.street.highway));
-    mirror::found(&Graph::new(&extract), &config, &[], side).0
+    Survey::new(&extract, &config, &Inputs { driving_side, ..Inputs::default() }).found
 }
 
 fn settings(path: &Path) -> Settings {

@@ -4,10 +4,10 @@
 use proptest::prelude::*;
 
 use osm_signals::extract::{Extract, Nodes, Place, SignalNode, Way};
-use osm_signals::graph::Graph;
-use osm_signals::intersections::{Intersection, intersections};
+use osm_signals::intersections::Intersection;
 use osm_signals::oddities::Oddities;
 use osm_signals::settings::Settings;
+use osm_signals::survey::{Inputs, Survey};
 use osm_signals::tags::{SignalTags, Street};
 use osm_signals::turn::Turns;
 
@@ -98,7 +98,8 @@ fn extract(streets: &[Drawn], reversed: bool) -> Extract {
 
 fn intersection(streets: &[Drawn], reversed: bool) -> Option<Intersection> {
     let extract = extract(streets, reversed);
-    intersections(&Graph::new(&extract), &Settings::default(), &[], &[]).intersections.pop()
+    let mut survey = Survey::new(&extract, &Settings::default(), &Inputs::default());
+    survey.found.intersections.pop()
 }
 
 /// Exits of an arm by side: left, through, right, as far as angles tell.

@@ -8,7 +8,7 @@
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
-use super::counted::{Counted, Shape};
+use super::{Counted, Shape};
 use crate::angle::turn_degrees;
 use crate::error::brief;
 use crate::extract::Place;
@@ -28,11 +28,7 @@ const REASON: &str =
 /// Where something was counted: start, middle and end of a line, three times the place of a station.
 type Trace = [Place; 3];
 
-/// Returns the counts of which there is one value at their place; the others are counted in `oddities`.
-///
-/// # Arguments
-///
-/// * `match_deg`: largest angle between the bearings of stations on one street, degrees.
+/// Keeps the counts of which there is one value at their place; the others are counted in `oddities`.
 pub(super) fn settled(
     counted: Vec<Counted>,
     match_deg: f64,
@@ -75,8 +71,7 @@ fn trace(shape: &Shape) -> Trace {
     }
 }
 
-/// Returns whether two counts may be of one street and have other values, or are of other directions of travel. A line
-/// and a station say different things, and stations with bearings say which street they are of.
+/// A line and a station say different things, and stations with bearings say which street they are of.
 fn contradict(a: &Counted, b: &Counted, match_deg: f64) -> bool {
     let differ = a.aadt_veh_per_day != b.aadt_veh_per_day || a.direction != b.direction;
     match (&a.shape, &b.shape) {
@@ -112,7 +107,6 @@ mod tests {
         Counted { id: id.into(), aadt_veh_per_day, direction: None, shape }
     }
 
-    /// The ids of what is left, and what is said of the rest.
     fn settle(counted: Vec<Counted>) -> (String, Option<String>) {
         let mut oddities = Oddities::default();
         let left = settled(counted, 30.0, &mut oddities);

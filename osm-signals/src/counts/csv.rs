@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use super::counted::{Counted, DIRECTION, Found, Shape, direction};
-use super::field::{YEAR, choose, is_separated, usable};
+use super::{Counted, DIRECTION, Found, Shape, YEAR, choose, direction, is_separated, usable};
 use crate::error::{OsmError, brief};
 use crate::oddities::Oddities;
 use crate::table::{Column, Table};
@@ -14,11 +13,6 @@ const BEARING: [&str; 2] = ["bearing_deg", "bearing"];
 /// Usual names of the column with the id.
 const ID: [&str; 4] = ["id", "station", "station_id", "name"];
 
-/// Reads count stations; `field` is the column with the count if it is given.
-///
-/// # Errors
-///
-/// [`OsmError`] for a malformed table, a place outside the world or a bearing that is none.
 pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Found, OsmError> {
     let mut table = Table::open(bytes, path, ("line", 0))?;
     let [latitude, longitude] = Column::place([None; 2]);
@@ -59,5 +53,5 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
             }
         }
     }
-    Ok(Found { counted, field, oddities })
+    Ok((counted, field, oddities))
 }

@@ -6,8 +6,7 @@ use std::path::Path;
 use geojson::feature::Id;
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonValue, LineStringType};
 
-use super::counted::{Counted, DIRECTION, Found, Shape, direction};
-use super::field::{YEAR, choose, is_separated, usable};
+use super::{Counted, DIRECTION, Found, Shape, YEAR, choose, direction, is_separated, usable};
 use crate::error::{OsmError, brief};
 use crate::extract::Place;
 use crate::features::{self, malformed};
@@ -19,12 +18,6 @@ const ID: [&str; 5] = ["segid", "segment_id", "id", "objectid", "fid"];
 /// What ArcGIS services write into a page that is not the last one.
 const MORE: &str = "exceededTransferLimit";
 
-/// Reads counted lines; `field` is the property with the count if it is given.
-///
-/// # Errors
-///
-/// [`OsmError`] for other content, projected or swapped coordinates, and if no property is the
-/// count.
 pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Found, OsmError> {
     let collection: FeatureCollection =
         features::read(bytes, path, "GeoJSON with a FeatureCollection of lines")?;
@@ -61,14 +54,10 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
             }
         }
     }
-    Ok(Found { counted, field, oddities })
+    Ok((counted, field, oddities))
 }
 
-/// Returns the number that a property is; not a number for what is none.
-///
-/// # Errors
-///
-/// The way out for a text that may be two numbers.
+/// Not a number for what is none; an error for a text that may be two numbers.
 fn number(value: Option<&JsonValue>) -> Result<Option<f64>, String> {
     match value {
         None | Some(JsonValue::Null) => Ok(None),
@@ -90,7 +79,6 @@ fn id(feature: &Feature) -> Option<String> {
     }
 }
 
-/// Returns the text or number of the first of some usual properties that a feature has.
 fn text_of(feature: &Feature, usual: &[&str]) -> Option<String> {
     let properties = feature.properties.as_ref()?;
     let find = |usual: &&str| properties.iter().find(|(name, _)| name.eq_ignore_ascii_case(usual));
@@ -101,11 +89,7 @@ fn text_of(feature: &Feature, usual: &[&str]) -> Option<String> {
     }
 }
 
-/// Returns the lines of a feature, or why it has none.
-///
-/// # Errors
-///
-/// What is wrong with its coordinates, and the way out.
+/// The inner error is why there is none, the outer what is wrong with the coordinates.
 fn lines(feature: &Feature) -> Result<Result<Vec<Vec<Place>>, &'static str>, String> {
     let lines: &[LineStringType] = match feature.geometry.as_ref().map(|g| &g.value) {
         Some(GeometryValue::LineString { coordinates }) => std::slice::from_ref(coordinates),

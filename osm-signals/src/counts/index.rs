@@ -3,21 +3,36 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
+use geo::line_measures::InterpolateLine;
 use geo::{
-    BoundingRect, Coord, Distance, Euclidean, Line, LineLocatePoint, Point, Rect, Vector2DOps,
+    BoundingRect, Coord, Distance, Euclidean, Length, Line, LineLocatePoint, LineString, Point,
+    Rect, Vector2DOps,
 };
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
 
-use super::counted::{CountMatch, Counted, Shape};
-use super::samples::{FIRST_M, Plane, Sample, Street, axis_deg};
 use super::settings::CountSettings;
+use super::{CountMatch, Counted, Shape};
 use crate::extract::Place;
-use crate::geometry::{LocalMetric, axis_difference_deg};
+use crate::geometry::{Plane, axis_difference_deg};
 
 /// How far beyond the end of a counted line a street may still be beside it, metres. Without this
 /// the line of the opposite arm would be near the first places of an arm.
 const BEYOND_M: f64 = 10.0;
+
+/// Distance of the first place from the junction, metres; before it the streets overlap.
+const FIRST_M: f64 = 5.0;
+
+/// Distance between places, metres.
+const STEP_M: f64 = 10.0;
+
+/// Length of the street that is compared, metres: about a block. A longer street may bend away,
+/// and its counted line may end at a junction that the street goes through.
+const COMPARED_M: f64 = 150.0;
+
+/// Half the length of the chord whose direction is that of the street, metres; single pieces of
+/// a street can be short and point anywhere.
+const HALF_CHORD_M: f64 = 10.0;
 
 /// A straight piece of a counted line, degrees, and the position of what it belongs to.
 type Piece = GeomWithData<Line<f64>, usize>;
@@ -25,29 +40,22 @@ type Piece = GeomWithData<Line<f64>, usize>;
 /// A station, degrees, the position of what it belongs to and the axis of its road.
 type Station = GeomWithData<Point<f64>, (usize, Option<f64>)>;
 
-/// Counts by where they are.
 #[derive(Debug)]
 pub(super) struct Index {
     /// Id and vehicles per day.
     counted: Vec<(String, f64)>,
     pieces: RTree<Piece>,
     stations: RTree<Station>,
-    bounds: Rect<f64>,
 }
 
-/// How a street lies to a counted line or station at one place.
-#[derive(Debug, Clone, Copy)]
-struct Near {
-    distance_m: f64,
-    angle_deg: f64,
-}
+/// How a street lies to a counted line or station at one place: distance in metres and angle in degrees.
+type Near = (f64, f64);
 
 /// How well a match fits, from 0 to 1, and the match.
 type Scored = (f64, CountMatch);
 
 impl Index {
-    /// Returns the index; `None` if nothing was counted.
-    pub(super) fn new(all: Vec<Counted>) -> Option<Self> {
+    pub(super) fn new(all: Vec<Counted>) -> Option<(Self, Rect<f64>)> {
         let mut counted = Vec::with_capacity(all.len());
         let (mut pieces, mut stations) = (Vec::new(), Vec::new());
         for (i, Counted { id, aadt_veh_per_day, shape, .. }) in all.into_iter().enumerate() {
@@ -65,22 +73,11 @@ impl Index {
         }
         let ends = pieces.iter().flat_map(|p| [p.geom().start, p.geom().end]);
         let places = ends.chain(stations.iter().map(|s| Coord::from(*s.geom())));
-        let bounds = places.collect::<geo::LineString<_>>().bounding_rect()?;
+        let bounds = places.collect::<LineString<_>>().bounding_rect()?;
         let (pieces, stations) = (RTree::bulk_load(pieces), RTree::bulk_load(stations));
-        Some(Self { counted, pieces, stations, bounds })
+        Some((Self { counted, pieces, stations }, bounds))
     }
 
-    /// Returns how many lines or stations there are.
-    pub(super) fn len(&self) -> usize {
-        self.counted.len()
-    }
-
-    /// Returns the smallest box around all, degrees.
-    pub(super) fn bounds(&self) -> Rect<f64> {
-        self.bounds
-    }
-
-    /// Returns the count of a street, if one belongs to it.
     pub(super) fn along(
         &self,
         street: &[Place],
@@ -88,7 +85,7 @@ impl Index {
         settings: &CountSettings,
     ) -> Option<CountMatch> {
         let plane = Plane::around(*street.first()?);
-        let flat = plane.street(street)?;
+        let flat = Street::new(&plane, street)?;
         let area = area(street, &plane, settings.match_m)?;
         let most = settings.max_veh_per_day_per_lane * f64::from(lanes.max(1));
         let lines = self.lines(&plane, &flat, &area, settings);
@@ -98,7 +95,6 @@ impl Index {
         best.map(|(_, found)| found)
     }
 
-    /// Returns the counted lines beside a street.
     fn lines(
         &self,
         plane: &Plane,
@@ -124,7 +120,6 @@ impl Index {
         scored.collect()
     }
 
-    /// Returns the stations beside a street.
     fn stations(
         &self,
         plane: &Plane,
@@ -140,33 +135,31 @@ impl Index {
             let at = Point::from(plane.flat((*station.geom()).into()));
             let along_m = street.line.line_locate_point(&at)? * street.length_m;
             let distance_m = Euclidean.distance(&at, &street.line);
-            let here = street.sample(along_m)?;
-            let angle_deg = axis.map_or(0.0, |axis| axis_difference_deg(axis, here.axis_deg));
+            let (_, axis_deg) = street.sample(along_m)?;
+            let angle_deg = axis.map_or(0.0, |axis| axis_difference_deg(axis, axis_deg));
             let beside = (margin_m..=street.length_m - margin_m).contains(&along_m)
                 && distance_m <= settings.match_m
                 && angle_deg <= settings.match_deg;
-            beside.then(|| self.scored(i, &[Near { distance_m, angle_deg }], 1, settings))
+            beside.then(|| self.scored(i, &[(distance_m, angle_deg)], 1, settings))
         });
         scored.collect()
     }
 
-    /// Returns the match of places, of so many, at which a count is near a street.
     fn scored(&self, i: usize, near: &[Near], of: usize, settings: &CountSettings) -> Scored {
-        let closeness: f64 = near.iter().map(|n| 1.0 - n.distance_m / settings.match_m).sum();
+        let closeness: f64 = near.iter().map(|(metres, _)| 1.0 - metres / settings.match_m).sum();
         let mean = |f: fn(&Near) -> f64| near.iter().map(f).sum::<f64>() / near.len() as f64;
         let (id, aadt_veh_per_day) = &self.counted[i];
         let found = CountMatch {
             aadt_veh_per_day: *aadt_veh_per_day,
-            distance_m: mean(|n| n.distance_m),
-            angle_deg: mean(|n| n.angle_deg),
+            distance_m: mean(|near| near.0),
+            angle_deg: mean(|near| near.1),
             id: id.clone(),
         };
         (closeness / of as f64, found)
     }
 }
 
-/// Orders matches by how well they fit; ties by distance and angle, then by what does not depend
-/// on the order of the file.
+/// Ties go by distance and angle, then by what does not depend on the order of the file.
 fn worse((a_fits, a): &Scored, (b_fits, b): &Scored) -> Ordering {
     a_fits
         .total_cmp(b_fits)
@@ -178,37 +171,72 @@ fn worse((a_fits, a): &Scored, (b_fits, b): &Scored) -> Ordering {
 
 /// Orders places by distance; where two pieces meet, the angle decides.
 fn nearer(a: &Near, b: &Near) -> Ordering {
-    a.distance_m.total_cmp(&b.distance_m).then(a.angle_deg.total_cmp(&b.angle_deg))
+    a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
 }
 
-/// Returns how a piece of a counted line lies beside a place of a street, if it does.
-fn beside(sample: &Sample, piece: &Line<f64>, settings: &CountSettings) -> Option<Near> {
+fn beside((at, axis): &Sample, piece: &Line<f64>, settings: &CountSettings) -> Option<Near> {
     let step = piece.delta();
-    let angle_deg = axis_difference_deg(axis_deg(step), sample.axis_deg);
+    let angle_deg = axis_difference_deg(axis_deg(step), *axis);
     if angle_deg > settings.match_deg {
         return None;
     }
     let length_m = step.magnitude();
-    let along_m = step.dot_product(Coord::from(sample.at) - piece.start) / length_m;
+    let along_m = step.dot_product(Coord::from(*at) - piece.start) / length_m;
     let beyond_m = (-along_m).max(along_m - length_m);
-    let distance_m = Euclidean.distance(&sample.at, piece);
-    (beyond_m <= BEYOND_M && distance_m <= settings.match_m)
-        .then_some(Near { distance_m, angle_deg })
+    let distance_m = Euclidean.distance(at, piece);
+    (beyond_m <= BEYOND_M && distance_m <= settings.match_m).then_some((distance_m, angle_deg))
 }
 
-/// Returns the box around a street, enlarged by some metres, degrees.
 fn area(street: &[Place], plane: &Plane, margin_m: f64) -> Option<AABB<Point<f64>>> {
     let places = street.iter().map(|place| degrees(*place));
-    let bounds = places.collect::<geo::LineString<_>>().bounding_rect()?;
-    let LocalMetric { east_m_per_deg, north_m_per_deg } = plane.metric;
-    let margin = Coord { x: margin_m / east_m_per_deg, y: margin_m / north_m_per_deg };
+    let bounds = places.collect::<LineString<_>>().bounding_rect()?;
+    let margin = Coord { x: margin_m / plane.east_m_per_deg, y: margin_m / plane.north_m_per_deg };
     let (min, max) = (bounds.min() - margin, bounds.max() + margin);
     Some(AABB::from_corners(min.into(), max.into()))
 }
 
-/// Returns a place as its longitude (x) and latitude (y).
 fn degrees(place: Place) -> Coord<f64> {
     Coord { x: place.longitude(), y: place.latitude() }
+}
+
+#[derive(Debug, Clone)]
+struct Street {
+    line: LineString<f64>,
+    length_m: f64,
+}
+
+/// A place along a street, metres on the plane, and the direction of the street there, degrees clockwise from north.
+type Sample = (Point<f64>, f64);
+
+impl Street {
+    /// `None` if it has no length.
+    fn new(plane: &Plane, places: &[Place]) -> Option<Self> {
+        let mut coords: Vec<_> = places.iter().map(|p| plane.flat(degrees(*p))).collect();
+        coords.dedup();
+        let line = LineString(coords);
+        let length_m = Euclidean.length(&line);
+        (length_m > 0.0).then_some(Self { line, length_m })
+    }
+
+    /// Returns the places to compare: every 10 m from 5 m on, or the middle of a shorter street.
+    fn samples(&self) -> Vec<Sample> {
+        let end = self.length_m.min(COMPARED_M);
+        let first = FIRST_M.min(self.length_m / 2.0);
+        let places = (0_u32..).map(|i| first + STEP_M * f64::from(i)).take_while(|m| *m <= end);
+        places.filter_map(|metres| self.sample(metres)).collect()
+    }
+
+    /// Returns the place some metres from the start; `None` if the street turns back there.
+    fn sample(&self, metres: f64) -> Option<Sample> {
+        let point = |m: f64| Euclidean.point_at_distance_from_start(&self.line, m);
+        let (from, to) = (point(metres - HALF_CHORD_M)?, point(metres + HALF_CHORD_M)?);
+        let chord = to - from;
+        (chord != Point::new(0.0, 0.0)).then_some((point(metres)?, axis_deg(chord.into())))
+    }
+}
+
+fn axis_deg(step: Coord<f64>) -> f64 {
+    step.x.atan2(step.y).to_degrees()
 }
 
 #[cfg(test)]
@@ -225,7 +253,6 @@ mod tests {
         Place::from_degrees(north / PER_DEG, east / PER_DEG).unwrap()
     }
 
-    /// The street of the tests: 100 m to the north.
     fn street() -> Vec<Place> {
         [(0.0, 0.0), (0.0, 40.0), (0.0, 100.0)].map(at).to_vec()
     }
@@ -242,7 +269,7 @@ mod tests {
     }
 
     fn found(counted: Vec<Counted>) -> Option<CountMatch> {
-        Index::new(counted).unwrap().along(&street(), 2, &CountSettings::default())
+        Index::new(counted).unwrap().0.along(&street(), 2, &CountSettings::default())
     }
 
     fn id(counted: Vec<Counted>) -> Option<String> {
@@ -289,7 +316,7 @@ mod tests {
     fn the_line_of_the_opposite_arm_is_not_taken() {
         let opposite = vec![line("opposite", 9000.0, &[(0.0, -200.0), (0.0, 0.0)])];
         let short = [(0.0, 0.0), (0.0, 35.0)].map(at);
-        let index = Index::new(opposite).unwrap();
+        let index = Index::new(opposite).unwrap().0;
         assert_eq!(index.along(&short, 2, &CountSettings::default()), None);
     }
 
@@ -302,6 +329,41 @@ mod tests {
         assert_eq!(id(vec![station("far", (31.0, 50.0), None)]), None);
         let near = vec![station("b", (9.0, 30.0), None), station("c", (-4.0, 60.0), None)];
         assert_eq!(id(near), Some("c".into()));
+    }
+
+    fn flat(places: &[(f64, f64)]) -> Option<Street> {
+        let places: Vec<_> =
+            places.iter().map(|(y, x)| Place::from_degrees(*y, *x).unwrap()).collect();
+        Street::new(&Plane::around(places[0]), &places)
+    }
+
+    #[test]
+    fn a_long_street_is_compared_along_its_first_block() {
+        let samples = flat(&[(40.0, -111.0), (40.01, -111.0)]).unwrap().samples();
+        assert_eq!(samples.len(), 15);
+        assert!((samples[0].0.y() - 5.0).abs() < 1e-6 && samples[0].1.abs() < 1e-6);
+        assert!((samples[14].0.y() - 145.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_short_street_is_compared_in_its_middle() {
+        let samples = flat(&[(40.0, -111.0), (40.00004, -111.0)]).unwrap().samples();
+        assert_eq!(samples.len(), 1);
+        assert!((samples[0].0.y() - 2.224).abs() < 0.001, "{samples:?}");
+    }
+
+    #[test]
+    fn a_street_without_length_has_no_place() {
+        assert!(flat(&[(40.0, -111.0), (40.0, -111.0)]).is_none());
+        assert!(flat(&[(40.0, -111.0)]).is_none());
+    }
+
+    #[test]
+    fn the_direction_is_that_of_a_chord_not_of_a_crooked_piece() {
+        let crooked =
+            [(40.0, -111.0), (40.00045, -111.0), (40.00045, -110.99999), (40.001, -111.0)];
+        let samples = flat(&crooked).unwrap().samples();
+        assert!(samples.iter().all(|s| s.1.abs() < 8.0), "{samples:?}");
     }
 
     prop_compose! {
@@ -339,7 +401,7 @@ mod tests {
                 .collect();
             let shape = Shape::Lines(vec![places]);
             let counted = Counted { id: "a".into(), aadt_veh_per_day: 1.0, direction: None, shape };
-            drop(Index::new(vec![counted]).unwrap().along(&street, 1, &CountSettings::default()));
+            drop(Index::new(vec![counted]).unwrap().0.along(&street, 1, &CountSettings::default()));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::range::{self, OutOfRange};
+use crate::error::{OutOfRange, check_range};
 
 /// Which number is the count and when a count belongs to a street.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,10 +49,6 @@ impl Default for CountSettings {
 
 impl CountSettings {
     /// Checks the numbers.
-    ///
-    /// # Errors
-    ///
-    /// [`OutOfRange`] with the first setting that is out of its range.
     pub fn check(&self) -> Result<(), OutOfRange> {
         for (name, value, low, high) in [
             ("counts.match_m", self.match_m, 1.0, 1000.0),
@@ -60,7 +56,7 @@ impl CountSettings {
             ("counts.spread_m", self.spread_m, 0.0, 10_000.0),
             ("counts.max_veh_per_day_per_lane", self.max_veh_per_day_per_lane, 1.0, 1e6),
         ] {
-            range::check(name, value, (low, high))?;
+            check_range(name, value, (low, high))?;
         }
         Ok(())
     }

@@ -9,21 +9,18 @@ use super::tests::{pbf, xml};
 use crate::OsmError;
 use crate::extract::Extract;
 
-/// Returns a PBF file of these blocks after its header.
 fn file(blocks: &[PrimitiveBlock]) -> Vec<u8> {
     let blocks = blocks.iter().map(|block| block.write_to_bytes().unwrap());
     let blobs = blocks.map(|block| stored("OSMData", &block, Packing::Raw));
     [stored("OSMHeader", b"", Packing::Raw)].into_iter().chain(blobs).collect::<Vec<_>>().concat()
 }
 
-/// Returns the small town after a change of its blocks of nodes, ways and relations.
 fn changed(columns: Columns, change: impl FnOnce(&mut [PrimitiveBlock])) -> Vec<u8> {
     let mut blocks = Town::small().blocks(columns);
     change(&mut blocks);
     file(&blocks)
 }
 
-/// Returns the byte at which a file is damaged.
 fn damage(result: Result<Extract, OsmError>) -> u64 {
     match result {
         Err(OsmError::Damaged { byte, .. }) => byte,
@@ -31,7 +28,6 @@ fn damage(result: Result<Extract, OsmError>) -> u64 {
     }
 }
 
-/// Returns a blob of this field after the header of a file.
 fn blob(field: u8, size: &[u8], bytes: &[u8]) -> Vec<u8> {
     let blob = [size, &[field << 3 | 2, bytes.len() as u8], bytes].concat();
     [stored("OSMHeader", b"", Packing::Raw), framed("OSMData", &blob)].concat()
@@ -242,7 +238,7 @@ fn of_two_elements_with_one_id_the_later_one_wins() {
     let extract = xml(town.xml().as_bytes()).unwrap();
     assert_eq!(extract.nodes_of(&extract.ways[0]), [13, 12]);
     assert_eq!(extract.signals[0].place.latitude_e7, 0);
-    assert_eq!(extract.nodes.place(0).unwrap().latitude_e7, 5);
+    assert_eq!(extract.nodes.places[0].unwrap().latitude_e7, 5);
     assert_eq!(extract.restrictions.len(), 1);
     assert_eq!(extract.oddities.iter().filter(|(r, _)| r.starts_with("two ")).count(), 4);
     assert_eq!(pbf(&town.pbf(Packing::Zlib, Columns::Plain)).unwrap(), extract);

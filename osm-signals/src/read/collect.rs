@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::format::nothing;
-use super::turns::{Member, is_restriction, restrictions};
+use super::nothing;
+use super::turns::{Member, restrictions};
 use crate::OsmError;
 use crate::extract::{Extract, Nodes, Place, Restriction, SignalNode, Via, Way};
 use crate::oddities::Oddities;
@@ -20,7 +20,6 @@ pub(super) struct Streets {
 }
 
 impl Streets {
-    /// Keeps a way if it is drivable.
     pub(super) fn way(&mut self, id: i64, tags: &Tags<'_>, nodes: &[i64]) {
         let Some(street) = Street::parse(id, tags, &mut self.oddities) else { return };
         if nodes.len() < 2 {
@@ -32,17 +31,13 @@ impl Streets {
         self.ways.push(Way { id, refs: start..self.refs.len(), street });
     }
 
-    /// Keeps a relation if it is a turn restriction for cars.
     pub(super) fn relation(&mut self, id: i64, tags: &Tags<'_>, members: &[Member<'_>]) {
-        if is_restriction(tags) {
-            let turns = restrictions(id, tags, members, &mut self.oddities);
-            if !turns.is_empty() {
-                self.turns.push((id, turns));
-            }
+        let turns = restrictions(id, tags, members, &mut self.oddities);
+        if !turns.is_empty() {
+            self.turns.push((id, turns));
         }
     }
 
-    /// Adds a later part of the file.
     pub(super) fn append(&mut self, later: Self) {
         let shift = self.refs.len();
         self.refs.extend(later.refs);
@@ -93,7 +88,6 @@ impl Streets {
     }
 }
 
-/// Sorts by id and leaves the last of those with one id.
 fn last_of_each<T>(
     items: &mut Vec<T>,
     id: impl Fn(&T) -> i64,
@@ -113,7 +107,6 @@ fn last_of_each<T>(
     items.reverse();
 }
 
-/// Returns the nodes of the ways in the order of the ways.
 fn in_order(ways: &mut [Way], refs: &[i64]) -> Vec<i64> {
     let mut ordered = Vec::with_capacity(ways.iter().map(|way| way.refs.len()).sum());
     for way in ways {
@@ -166,11 +159,10 @@ impl Places {
         }
     }
 
-    /// Puts what was found into the extract, to which earlier parts of the file were put before.
     pub(super) fn put(self, extract: &mut Extract) {
         for (id, place) in self.found {
             let index = extract.nodes.index(id);
-            if index.is_some_and(|index| extract.nodes.place(index).is_some()) {
+            if index.is_some_and(|index| extract.nodes.places[index].is_some()) {
                 extract.oddities.add("two nodes with one id", || format!("node {id}"));
             }
             extract.nodes.set(id, place);
@@ -192,10 +184,10 @@ pub(super) fn complete(path: &Path, mut extract: Extract) -> Result<Extract, Osm
     }
     last_of_each(signals, |s| s.id, "two signals with one id", "node", oddities);
     signals.shrink_to_fit();
-    for index in (0..nodes.len()).filter(|index| nodes.place(*index).is_none()) {
-        oddities.add("node is missing in the file", || format!("node {}", nodes.id(index)));
+    for index in (0..nodes.ids.len()).filter(|index| nodes.places[*index].is_none()) {
+        oddities.add("node is missing in the file", || format!("node {}", nodes.ids[index]));
     }
-    if nodes.have_places() {
+    if nodes.places.iter().any(Option::is_some) {
         return Ok(extract);
     }
     let reason = "holds streets and no node of them, so that nothing has a place, as Overpass writes with `out geom` or \
@@ -236,18 +228,13 @@ mod tests {
     #[test]
     fn a_restriction_on_a_way_that_is_not_kept_is_counted() {
         use super::super::turns::Kind;
-        let member = |kind, id, role| Member { kind, id, role };
         let tags = [("type", "restriction"), ("restriction", "no_left_turn")];
         let mut streets = Streets::default();
         streets.way(1, &ROAD, &[1, 2]);
         streets.way(2, &ROAD, &[2, 3]);
         streets.way(3, &[("highway", "footway")], &[2, 4]);
         for (relation, to) in [(11, 2), (10, 3), (12, 99)] {
-            let members = [
-                member(Kind::Way, 1, "from"),
-                member(Kind::Node, 2, "via"),
-                member(Kind::Way, to, "to"),
-            ];
+            let members = [(Kind::Way, 1, "from"), (Kind::Node, 2, "via"), (Kind::Way, to, "to")];
             streets.relation(relation, &tags, &members);
         }
         let extract = streets.finish();
@@ -260,17 +247,13 @@ mod tests {
     #[test]
     fn a_restriction_on_a_way_that_goes_on_through_its_node_is_counted() {
         use super::super::turns::Kind;
-        let member = |kind, id, role| Member { kind, id, role };
         let tags = [("type", "restriction"), ("restriction", "no_left_turn")];
         let mut streets = Streets::default();
         streets.way(1, &ROAD, &[1, 2, 3]);
         streets.way(2, &ROAD, &[2, 4]);
         for (relation, from, to) in [(10, 1, 2), (11, 2, 1)] {
-            let members = [
-                member(Kind::Way, from, "from"),
-                member(Kind::Node, 2, "via"),
-                member(Kind::Way, to, "to"),
-            ];
+            let members =
+                [(Kind::Way, from, "from"), (Kind::Node, 2, "via"), (Kind::Way, to, "to")];
             streets.relation(relation, &tags, &members);
         }
         let extract = streets.finish();
@@ -293,8 +276,8 @@ mod tests {
         places.node(&extract.nodes, 4, &signal, || Place::from_degrees(42.0, 50.0));
         places.put(&mut extract);
         let extract = complete(Path::new("a"), extract).unwrap();
-        assert_eq!(extract.nodes.place(0), None);
-        assert_eq!(extract.nodes.place(1), Place::from_degrees(41.0, 50.0));
+        assert_eq!(extract.nodes.places[0], None);
+        assert_eq!(extract.nodes.places[1], Place::from_degrees(41.0, 50.0));
         assert_eq!(extract.signals.iter().map(|s| s.id).collect::<Vec<_>>(), [4]);
         for reason in [
             "node without a place on Earth",

@@ -14,11 +14,7 @@
 
 #[cfg(test)]
 mod bad;
-mod block;
 mod collect;
-mod fault;
-mod format;
-mod frame;
 mod pbf;
 #[cfg(test)]
 mod properties;
@@ -34,17 +30,19 @@ use std::path::Path;
 
 use crate::OsmError;
 use crate::extract::Extract;
-use fault::Fault;
-use format::{Format, HEAD_BYTES};
 pub use pbf::read_pbf;
 pub use xml::read_xml;
+
+/// Bytes that suffice to recognise a format.
+const HEAD_BYTES: usize = 512;
+
+/// Why a part of a PBF file cannot be used, before its place is known.
+type Fault = String;
 
 /// Told how many bytes are done of how many in all.
 pub type Progress<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// Reads what is needed of an extract: `.osm.pbf`, `.osm` or `.osm.gz`, whatever its name.
-///
-/// # Errors
 ///
 /// [`OsmError::Damaged`] when it cannot be read to its end, [`OsmError::Nothing`] when it is something else or has no
 /// drivable way, [`OsmError::Unreadable`] when the file cannot be read.
@@ -57,4 +55,43 @@ pub fn read(path: &Path, progress: Progress<'_>) -> Result<Extract, OsmError> {
         Format::Pbf => read_pbf(path, &mut file, progress),
         Format::Xml | Format::Gzip => read_xml(path, size, file, progress),
     }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Pbf,
+    Xml,
+    Gzip,
+}
+
+impl Format {
+    fn of(path: &Path, head: &[u8]) -> Result<Self, OsmError> {
+        let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+        match head {
+            [] => Err(nothing(path, "the file is empty; fetch it again")),
+            [0x1f, 0x8b, ..] => Ok(Self::Gzip),
+            [0, 0, ..] if head.windows(9).any(|bytes| bytes == b"OSMHeader") => Ok(Self::Pbf),
+            _ if text.trim_ascii_start().starts_with(b"<") => Ok(Self::Xml),
+            _ => Err(no_extract(path)),
+        }
+    }
+}
+
+fn no_extract(path: &Path) -> OsmError {
+    nothing(path, "no OpenStreetMap extract; give .osm.pbf, .osm or .osm.gz")
+}
+
+fn no_streets(path: &Path) -> OsmError {
+    nothing(
+        path,
+        "no drivable street in it; take an extract with the ways tagged `highway` and their nodes",
+    )
+}
+
+fn nothing(path: &Path, reason: &str) -> OsmError {
+    OsmError::Nothing { path: path.to_path_buf(), reason: reason.to_owned() }
+}
+
+fn damaged(path: &Path, byte: u64, reason: Fault) -> OsmError {
+    OsmError::Damaged { path: path.to_path_buf(), byte, reason }
 }

@@ -18,7 +18,6 @@ pub(super) type Text = Vec<(String, String)>;
 /// An element's members: type, id, role.
 pub(super) type Members = Vec<(MemberType, i64, String)>;
 
-/// Nodes, ways and relations in the order of a file.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Town {
     /// Id, latitude and longitude in 1e-7 degrees, tags.
@@ -29,14 +28,12 @@ pub(super) struct Town {
     pub(super) relations: Vec<(i64, Members, Text)>,
 }
 
-/// How a blob is stored.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Packing {
     Raw,
     Zlib,
 }
 
-/// How nodes are stored.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Columns {
     Dense,
@@ -93,7 +90,6 @@ impl Town {
         file
     }
 
-    /// Returns the blocks of the file: nodes, ways, relations.
     pub(super) fn blocks(&self, columns: Columns) -> Vec<PrimitiveBlock> {
         let mut blocks = Vec::new();
         let mut strings = Strings::default();
@@ -156,7 +152,6 @@ impl Town {
         PrimitiveGroup { dense: Some(dense).into(), ..PrimitiveGroup::new() }
     }
 
-    /// Returns the file as XML.
     pub(super) fn xml(&self) -> String {
         let mut out =
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<osm version=\"0.6\">\n".to_owned();
@@ -193,7 +188,6 @@ fn xml_tags(tags: &Text) -> String {
     tags.iter().map(|(k, v)| format!("<tag k=\"{}\" v=\"{}\"/>", escape(k), escape(v))).collect()
 }
 
-/// Returns gzipped bytes.
 pub(super) fn gzip(bytes: &[u8], level: Compression) -> Vec<u8> {
     let mut gz = GzEncoder::new(Vec::new(), level);
     gz.write_all(bytes).unwrap();
@@ -237,7 +231,6 @@ impl Strings {
     }
 }
 
-/// Returns a blob with its header.
 pub(super) fn stored(kind: &str, content: &[u8], packing: Packing) -> Vec<u8> {
     let mut blob = osmpbfreader::fileformat::Blob::new();
     match packing {
@@ -252,7 +245,6 @@ pub(super) fn stored(kind: &str, content: &[u8], packing: Packing) -> Vec<u8> {
     framed(kind, &blob.write_to_bytes().unwrap())
 }
 
-/// Returns the bytes of a blob with a header.
 pub(super) fn framed(kind: &str, blob: &[u8]) -> Vec<u8> {
     let mut header = BlobHeader::new();
     header.set_type(kind.to_owned());

@@ -8,10 +8,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use osmpbfreader::{OsmObj, OsmPbfReader};
 
 use super::sample::{Columns, Packing, Town};
-use super::{read, read_pbf, read_xml};
+use super::{Format, read, read_pbf, read_xml};
 use crate::OsmError;
 use crate::extract::{Extract, Place};
-use crate::tags::{SignalTags, drivable, tag};
+use crate::oddities::Oddities;
+use crate::tags::{SignalTags, Street, tag};
 
 pub(super) fn pbf(bytes: &[u8]) -> Result<Extract, OsmError> {
     read_pbf(Path::new("town.osm.pbf"), &mut Cursor::new(bytes), &|_, _| {})
@@ -30,7 +31,7 @@ fn pbf_and_xml_of_the_same_town_give_the_same_extract() {
     assert_eq!(extract.refs, [10, 12, 12, 11, 13, 12, 14]);
     assert_eq!(extract.signals.iter().map(|s| s.id).collect::<Vec<_>>(), [-7, 12]);
     assert_eq!(extract.restrictions.len(), 1);
-    assert!((0..extract.nodes.len()).all(|i| extract.nodes.place(i).is_some()));
+    assert!(extract.nodes.places.iter().all(Option::is_some));
     assert_eq!(xml(&town.gz()).unwrap(), extract);
     for packing in [Packing::Raw, Packing::Zlib] {
         for columns in [Columns::Dense, Columns::Plain] {
@@ -43,7 +44,6 @@ fn pbf_and_xml_of_the_same_town_give_the_same_extract() {
     }
 }
 
-/// Returns an extract that is not part of this repository; `None`, with a word, if it is absent.
 fn real(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/osm").join(name);
     let found = path.exists().then_some(path);
@@ -70,13 +70,14 @@ fn real_extracts_hold_what_another_reader_finds() {
                     let place =
                         Place { latitude_e7: node.decimicro_lat, longitude_e7: node.decimicro_lon };
                     if let Some(index) = extract.nodes.index(node.id.0) {
-                        assert_eq!(extract.nodes.place(index), Some(place), "{:?}", node.id);
+                        assert_eq!(extract.nodes.places[index], Some(place), "{:?}", node.id);
                     }
                     let signal = extract.signals.iter().find(|s| s.id == node.id.0);
                     assert_eq!(signal.map(|s| s.tags), SignalTags::parse(&tags));
                     assert!(signal.is_none_or(|s| s.place == place));
                 }
-                OsmObj::Way(way) if drivable(&tags) => {
+                OsmObj::Way(_) if Street::parse(0, &tags, &mut Oddities::default()).is_none() => {}
+                OsmObj::Way(way) => {
                     ways += 1;
                     let found = extract.ways.binary_search_by_key(&way.id.0, |w| w.id).unwrap();
                     let nodes: Vec<_> = way.nodes.iter().map(|n| n.0).collect();
@@ -130,4 +131,18 @@ fn a_file_is_read_whatever_its_name_and_the_progress_rises_to_its_end() {
         assert!(last.into_inner() >= bytes.len() as u64);
     }
     assert!(matches!(read(folder.path(), &|_, _| {}), Err(OsmError::Unreadable { .. })));
+}
+
+#[test]
+fn the_first_bytes_give_the_format() {
+    for (head, format) in [
+        (&b"\0\0\0\x0e\x0a\x09OSMHeader\x18\x40"[..], Some(Format::Pbf)),
+        (b"\xef\xbb\xbf\n<?xml version='1.0'?><osm>", Some(Format::Xml)),
+        (b"\x1f\x8b\x08", Some(Format::Gzip)),
+        (b"PK\x03\x04", None),
+        (b"{\"version\": 0.6}", None),
+        (b"", None),
+    ] {
+        assert_eq!(Format::of(Path::new("a.osm"), head).ok(), format, "{head:?}");
+    }
 }

@@ -7,8 +7,7 @@
 //!
 //! Source: <https://wiki.openstreetmap.org/wiki/Relation:restriction>.
 
-use crate::extract::{Restriction, Via};
-use crate::hours::Hours;
+use crate::extract::{Hours, Restriction, Via};
 use crate::oddities::Oddities;
 use crate::tags::{Tags, tag};
 
@@ -24,7 +23,6 @@ const TIMES: [&str; 4] = ["day_on", "day_off", "hour_on", "hour_off"];
 /// End of a key whose value holds under conditions only.
 const CONDITIONAL: &str = ":conditional";
 
-/// What a member of a relation is.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) enum Kind {
     #[default]
@@ -33,24 +31,10 @@ pub(super) enum Kind {
     Relation,
 }
 
-/// A member of a relation.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Member<'a> {
-    /// What it is.
-    pub(super) kind: Kind,
-    /// Its id.
-    pub(super) id: i64,
-    /// Its part in the relation.
-    pub(super) role: &'a str,
-}
+/// A member of a relation: what it is, its id, and its part in the relation.
+pub(super) type Member<'a> = (Kind, i64, &'a str);
 
-/// Returns whether a relation is a turn restriction, for whatever vehicles.
-pub(super) fn is_restriction(tags: &Tags<'_>) -> bool {
-    tag(tags, "type") == Some("restriction")
-}
-
-/// Returns what a restriction says about cars, one per pair of ways; what cannot be used is
-/// counted.
+/// What cannot be used is counted.
 pub(super) fn restrictions(
     relation: i64,
     tags: &Tags<'_>,
@@ -58,6 +42,9 @@ pub(super) fn restrictions(
     oddities: &mut Oddities,
 ) -> Vec<Restriction> {
     let mut found = Vec::new();
+    if tag(tags, "type") != Some("restriction") {
+        return found;
+    }
     let mut add = |reason: &'static str| oddities.add(reason, || format!("relation {relation}"));
     match clauses(tags) {
         Err(reason) => add(reason),
@@ -83,7 +70,6 @@ const NOT_FOR_CARS: &str = "turn restriction that is not for cars";
 /// What is said of a restriction whose times are not in the syntax of `opening_hours`.
 const OTHER_TIMES: &str = "turn restriction at times that are not understood";
 
-/// Returns the kinds that matter here.
 fn clauses<'a>(tags: &Tags<'a>) -> Result<Vec<Clause<'a>>, &'static str> {
     let except = tag(tags, "except").unwrap_or_default();
     if except.split(';').any(|v| matches!(v.trim(), "motorcar" | "motor_vehicle")) {
@@ -127,7 +113,6 @@ fn conditions(value: &str) -> impl Iterator<Item = Clause<'_>> {
     })
 }
 
-/// Returns the times that the keys of old say.
 fn days_and_hours(tags: &Tags<'_>) -> Option<Hours> {
     let usual = ["Mo", "Su", "00:00", "24:00"];
     let [first, last, begin, end] =
@@ -145,7 +130,6 @@ fn kind(value: &str) -> Result<Option<&str>, &'static str> {
     }
 }
 
-/// Returns the restrictions between the ways that the members name.
 fn between(
     kind: &str,
     when: Option<&Hours>,
@@ -156,7 +140,7 @@ fn between(
         return Err(UNCLEAR);
     }
     let ids = |role: &str, kind: Kind| -> Vec<i64> {
-        members.iter().filter(|m| m.role == role && m.kind == kind).map(|m| m.id).collect()
+        members.iter().filter(|m| (m.0, m.2) == (kind, role)).map(|m| m.1).collect()
     };
     let (from, to) = (ids("from", Kind::Way), ids("to", Kind::Way));
     let via = match (&*ids("via", Kind::Node), ids("via", Kind::Way)) {
@@ -190,16 +174,17 @@ mod tests {
     const MEMBERS: [Member<'static>; 3] = [way(1, "from"), node(2, "via"), way(3, "to")];
 
     const fn way(id: i64, role: &'static str) -> Member<'static> {
-        Member { kind: Kind::Way, id, role }
+        (Kind::Way, id, role)
     }
 
     const fn node(id: i64, role: &'static str) -> Member<'static> {
-        Member { kind: Kind::Node, id, role }
+        (Kind::Node, id, role)
     }
 
     fn read(tags: &Tags<'_>, members: &[Member<'_>]) -> (Vec<Restriction>, Option<&'static str>) {
         let mut oddities = Oddities::default();
-        let found = restrictions(9, tags, members, &mut oddities);
+        let tags = [&[("type", "restriction")], tags].concat();
+        let found = restrictions(9, &tags, members, &mut oddities);
         let reason = oddities.iter().next().map(|(reason, _)| reason);
         (found, reason)
     }

@@ -10,10 +10,9 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 use quick_xml::{XmlVersion, events::attributes::AttrError};
 
-use super::Progress;
 use super::collect::{Places, Streets, complete};
-use super::format::{Format, HEAD_BYTES, no_extract, no_streets};
-use super::turns::{Kind, Member};
+use super::turns::Kind;
+use super::{Format, HEAD_BYTES, Progress, damaged, no_extract, no_streets};
 use crate::OsmError;
 use crate::extract::{Extract, Place};
 use crate::oddities::Oddities;
@@ -31,7 +30,6 @@ const MAX_DEPTH: usize = 64;
 /// members, and 255 characters in a tag.
 const MAX_ELEMENT_BYTES: usize = 32 * 1024 * 1024;
 
-/// A node, way or relation.
 #[derive(Debug, Default)]
 struct Element {
     kind: Kind,
@@ -41,7 +39,6 @@ struct Element {
     tags: Vec<(String, String)>,
     /// The nodes of a way, and the members of a relation.
     members: Vec<(Kind, i64, String)>,
-    /// Memory that all this takes.
     bytes: usize,
 }
 
@@ -53,11 +50,6 @@ impl Element {
 
 /// Reads what is needed of an XML file of so many bytes, plain or gzipped; several gzip files one after the other are
 /// read as one. `path` is for messages only.
-///
-/// # Errors
-///
-/// [`OsmError::Damaged`] when it cannot be read to its end, [`OsmError::Nothing`] when it is no OpenStreetMap XML,
-/// without any drivable way or any place of one, [`OsmError::Unreadable`] when reading fails.
 pub fn read_xml(
     path: &Path,
     size: u64,
@@ -80,7 +72,7 @@ pub fn read_xml(
             }
             Kind::Relation => {
                 let members = element.members.iter();
-                let members = members.map(|(kind, id, role)| Member { kind: *kind, id: *id, role });
+                let members = members.map(|(kind, id, role)| (*kind, *id, &**role));
                 streets.relation(element.id, &element.tags(), &members.collect::<Vec<_>>());
             }
         }
@@ -125,7 +117,6 @@ impl<R: Read> Read for Metered<R> {
     }
 }
 
-/// The elements of a file.
 struct Elements<'a> {
     path: &'a Path,
     reader: Reader<BufReader<Metered<Box<dyn Read + 'a>>>>,
@@ -167,7 +158,6 @@ impl<'a> Elements<'a> {
         })
     }
 
-    /// Returns the next element; `None` at the end of the file.
     fn next(&mut self) -> Result<Option<Element>, OsmError> {
         let mut buffer = Vec::new();
         loop {
@@ -247,7 +237,6 @@ impl<'a> Elements<'a> {
         Ok(Some(Element { kind, id, degrees, ..Element::default() }))
     }
 
-    /// Adds a tag, node or member to an element.
     fn part(
         &mut self,
         element: &mut Element,
@@ -295,7 +284,6 @@ impl<'a> Elements<'a> {
         Ok(())
     }
 
-    /// Returns the values of attributes, without entities.
     fn attributes<const N: usize>(
         &self,
         start: &BytesStart<'_>,
@@ -326,7 +314,7 @@ impl<'a> Elements<'a> {
     /// Returns the error at the present place; of a gzipped file that is where its buffer ends.
     fn damaged(&self, reason: String) -> OsmError {
         let byte = self.stored.get().min(self.reader.buffer_position());
-        OsmError::Damaged { path: self.path.to_path_buf(), byte, reason }
+        damaged(self.path, byte, reason)
     }
 }
 
@@ -343,7 +331,6 @@ fn number<T: std::str::FromStr>(text: Option<&str>) -> Option<T> {
     text?.trim().parse().ok()
 }
 
-/// Returns the error for bytes that cannot be read or not be decompressed.
 fn unreadable(path: &Path, byte: u64, error: io::Error) -> OsmError {
     use io::ErrorKind::{InvalidData, InvalidInput, UnexpectedEof};
     let reason = match error.kind() {
@@ -351,5 +338,5 @@ fn unreadable(path: &Path, byte: u64, error: io::Error) -> OsmError {
         InvalidData | InvalidInput => error.to_string(),
         _ => return OsmError::unreadable(path)(error),
     };
-    OsmError::Damaged { path: path.to_path_buf(), byte, reason }
+    damaged(path, byte, reason)
 }

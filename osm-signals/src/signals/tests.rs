@@ -117,3 +117,33 @@ fn signals_far_from_the_first_of_their_controller_stay_intersections_of_their_ow
     assert_eq!(controllers, [Some("A"), Some("A"), None, Some("B")]);
     assert_eq!(list.doubts.len(), 1);
 }
+
+#[test]
+fn points_are_read_as_they_are_published() {
+    for text in [
+        "POINT (-111.9 40.7)",
+        "point(-111.9 40.7)",
+        "POINT Z (-111.9 40.7 1200)",
+        "SRID=4326;POINT(-111.9 40.7)",
+        "MULTIPOINT ((-111.9 40.7))",
+        "(40.7, -111.9)",
+        r#"{"type": "Point", "coordinates": [-111.9, 40.7]}"#,
+        r#"{"coordinates": [[-111.9, 40.7, 3.0]], "type": "MultiPoint"}"#,
+    ] {
+        assert_eq!(point(text), Ok((40.7, -111.9)), "{text}");
+    }
+    for text in [
+        "",
+        "POINT",
+        "POINT ()",
+        "POINT (1)",
+        "LINESTRING (1 2)",
+        "MULTIPOINT (1 2, 3 4)",
+        "1 2",
+        r#"{"type": "Point", "coordinates": [1]}"#,
+        r#"{"type": "MultiPoint", "coordinates": [[1, 2], [3, 4]]}"#,
+        r#"{"type": "LineString", "coordinates": [[1, 2]]}"#,
+    ] {
+        assert!(point(text).is_err(), "{text}");
+    }
+}

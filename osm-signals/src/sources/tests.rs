@@ -5,7 +5,6 @@ use serde_json::json;
 use super::*;
 use crate::signals::{SignalColumns, SignalList};
 
-/// The ids, latitudes and longitudes of a list, and their numbers in the file.
 fn read(bytes: &[u8], name: &str) -> Result<Vec<(String, f64, f64, u64)>, String> {
     let list = SignalList::from_bytes(bytes, Path::new(name), &SignalColumns::default());
     let list = list.map_err(|e| e.to_string())?;

@@ -1,10 +1,8 @@
-//! Lanes that are closed to motor vehicles: bus lanes, which `lanes` counts, and cycle lanes, which it does not.
+//! Lanes that are closed to motor vehicles: bus lanes, which `lanes` counts, and cycle lanes, which it does not. Tags tell
+//! them lane by lane, or bus lanes by their number or side (`lanes:bus`, `lanes:psv`, `busway`).
 
-use super::access::{closes, lane_by_lane};
-use super::bus_lanes::leave_out_bus_lanes;
-use super::direction::Direction;
 use super::lanes::{LaneTags, MAX_LANES};
-use super::value::{Tags, tag};
+use super::{Direction, Tags, closes, lane_by_lane, tag};
 use crate::driving_side::DrivingSide;
 use crate::oddities::Oddities;
 
@@ -14,18 +12,21 @@ const BUS_ACCESS: [&str; 3] = ["bus:lanes", "psv:lanes", "taxi:lanes"];
 /// The tag that says lane by lane whether bicycles may use it.
 const CYCLE_ACCESS: [&str; 1] = ["bicycle:lanes"];
 
+/// Tags with numbers of lanes for buses.
+const NUMBERS: [&str; 2] = ["lanes:bus", "lanes:psv"];
+
+/// Values of `busway` that are a lane of the road in the direction of traffic.
+const LANE: &str = "lane";
+
 /// Lanes of one direction of which some are closed to motor vehicles and some are not.
 struct Closed {
-    /// All that are listed.
     lanes: u8,
-    /// Those that are closed.
     closed: u8,
     /// Those of them that are no cycle lanes.
     wide: u8,
 }
 
 impl Closed {
-    /// Returns what is listed for a suffix of `lanes`.
     fn of(tags: &Tags<'_>, suffix: &str) -> Option<Self> {
         if !tags.iter().any(|(key, _)| key.contains(":lanes")) {
             return None;
@@ -58,7 +59,6 @@ impl Closed {
     }
 }
 
-/// Returns the numbers of lanes without those that are closed to motor vehicles, such as bus lanes.
 pub(super) fn open_lanes(
     way: i64,
     tags: &Tags<'_>,
@@ -119,9 +119,129 @@ fn leave_out_closed(lanes: &mut LaneTags, tags: &Tags<'_>, direction: Direction)
     true
 }
 
+/// Leaves bus lanes out of the numbers of lanes, where something is left.
+/// `side` tells which direction of a two-way street has the lanes on the left.
+fn leave_out_bus_lanes(
+    lanes: &mut LaneTags,
+    tags: &Tags<'_>,
+    direction: Direction,
+    side: DrivingSide,
+) {
+    let (forward, backward) = match direction {
+        Direction::Both => on_both(tags, side),
+        one_way => {
+            let own = if one_way == Direction::Forward { ":forward" } else { ":backward" };
+            let count = number(tags, own).or_else(|| number(tags, "")).unwrap_or_else(|| {
+                u8::from(["", ":left", ":right", ":both"].iter().any(|side| is_lane(tags, side)))
+            });
+            if one_way == Direction::Forward { (count, 0) } else { (0, count) }
+        }
+    };
+    let less = |n: Option<u8>, fewer: u8| match n {
+        Some(n) => n.checked_sub(fewer).filter(|left| *left > 0).map(Some),
+        None => Some(None),
+    };
+    let Some(fewer) = forward.checked_add(backward).filter(|fewer| *fewer > 0) else { return };
+    let left = LaneTags {
+        total: match less(lanes.total, fewer) {
+            Some(total) => total,
+            None => return,
+        },
+        ..*lanes
+    };
+    let (Some(own), Some(other)) = (less(lanes.forward, forward), less(lanes.backward, backward))
+    else {
+        return;
+    };
+    let half = || {
+        // Where only the total is known and its halves differ now, each direction has its own.
+        let half = lanes.total.filter(|total| total % 2 == 0 && forward != backward)? / 2;
+        let both = (half.checked_sub(forward)?, half.checked_sub(backward)?);
+        (both.0 > 0 && both.1 > 0).then_some(both)
+    };
+    let halves = (direction == Direction::Both && lanes.both_ways.unwrap_or(0) == 0)
+        .then(half)
+        .flatten()
+        .filter(|_| own.is_none() && other.is_none());
+    *lanes = LaneTags {
+        forward: halves.map(|h| h.0).or(own),
+        backward: halves.map(|h| h.1).or(other),
+        ..left
+    };
+}
+
+fn on_both(tags: &Tags<'_>, side: DrivingSide) -> (u8, u8) {
+    let (forward, backward) = (number(tags, ":forward"), number(tags, ":backward"));
+    if forward.is_some() || backward.is_some() {
+        return (forward.unwrap_or(0), backward.unwrap_or(0));
+    }
+    if let Some(all) = number(tags, "") {
+        // An odd one is in a direction that no tag tells.
+        return (all / 2, all / 2);
+    }
+    let both = is_lane(tags, "") || is_lane(tags, ":both");
+    let (against, along) = side.swapped((":left", ":right"));
+    (u8::from(both || is_lane(tags, along)), u8::from(both || is_lane(tags, against)))
+}
+
+fn number(tags: &Tags<'_>, suffix: &str) -> Option<u8> {
+    NUMBERS.iter().find_map(|key| tag(tags, &format!("{key}{suffix}"))?.trim().parse().ok())
+}
+
+fn is_lane(tags: &Tags<'_>, side: &str) -> bool {
+    tag(tags, &format!("busway{side}")) == Some(LANE)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn left(tags: &Tags<'_>, direction: Direction) -> (Option<u8>, Option<u8>, Option<u8>) {
+        left_on(DrivingSide::Right, tags, direction)
+    }
+
+    fn left_on(
+        side: DrivingSide,
+        tags: &Tags<'_>,
+        direction: Direction,
+    ) -> (Option<u8>, Option<u8>, Option<u8>) {
+        let lanes = open_lanes(1, tags, direction, side, &mut Oddities::default());
+        (lanes.total, lanes.forward, lanes.backward)
+    }
+
+    #[test]
+    fn bus_lanes_that_are_counted_by_number_are_left_out() {
+        let four = ("lanes", "4");
+        let both = |tags: &Tags<'_>| left(tags, Direction::Both);
+        assert_eq!(both(&[four, ("lanes:psv:forward", "1")]), (Some(3), Some(1), Some(2)));
+        assert_eq!(both(&[four, ("lanes:bus", "2")]), (Some(2), None, None));
+        assert_eq!(both(&[("lanes", "3"), ("lanes:bus:backward", "1")]), (Some(2), None, None));
+        let split = [("lanes", "5"), ("lanes:forward", "3"), ("lanes:psv:forward", "1")];
+        assert_eq!(both(&split), (Some(4), Some(2), None));
+        assert_eq!(left(&[("lanes", "3"), ("lanes:psv", "1")], Direction::Forward).0, Some(2));
+        // Nothing would be left, and what is no number says nothing.
+        assert_eq!(left(&[("lanes", "1"), ("lanes:psv", "1")], Direction::Forward).0, Some(1));
+        assert_eq!(both(&[four, ("lanes:psv", "many")]), (Some(4), None, None));
+        assert_eq!(both(&[four, ("lanes:psv", "255"), ("lanes:bus", "3")]).0, Some(2));
+    }
+
+    #[test]
+    fn bus_lanes_that_are_told_by_their_side_are_left_out() {
+        let four = ("lanes", "4");
+        assert_eq!(left(&[four, ("busway", "lane")], Direction::Both), (Some(2), None, None));
+        let right = [four, ("busway:right", "lane")];
+        assert_eq!(left(&right, Direction::Both), (Some(3), Some(1), Some(2)));
+        assert_eq!(left(&right, Direction::Forward), (Some(3), None, None));
+        let left_hand = left_on(DrivingSide::Left, &right, Direction::Both);
+        assert_eq!(left_hand, (Some(3), Some(2), Some(1)));
+        assert_eq!(left(&[four, ("busway", "opposite_lane")], Direction::Forward).0, Some(4));
+    }
+
+    #[test]
+    fn what_is_told_lane_by_lane_is_not_taken_twice() {
+        let tags = [("lanes", "3"), ("lanes:psv", "1"), ("access:lanes", "yes|yes|private")];
+        assert_eq!(left(&tags, Direction::Forward).0, Some(2));
+    }
 
     #[test]
     fn bus_lanes_that_are_counted_are_left_out_and_cycle_lanes_are_not_counted() {

@@ -1,8 +1,6 @@
 //! Numbers of lanes and the turns that lanes are marked for.
 
-use super::access::{closes, lane_by_lane};
-use super::direction::Direction;
-use super::value::{Tags, tag};
+use super::{Direction, Tags, closes, lane_by_lane, tag};
 use crate::error::brief;
 use crate::oddities::Oddities;
 
@@ -25,9 +23,8 @@ impl TurnLane {
     /// U-turns.
     pub const REVERSE: Self = Self(8);
 
-    /// Returns the set of both.
     #[must_use]
-    pub const fn with(self, other: Self) -> Self {
+    const fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
@@ -36,22 +33,15 @@ impl TurnLane {
         self != Self::UNMARKED && Self::LEFT.with(Self::REVERSE).has(self)
     }
 
-    /// Returns whether only right turns are marked.
-    pub fn is_right_only(self) -> bool {
-        self == Self::RIGHT
-    }
-
-    /// Returns the set with left and right exchanged.
     #[must_use]
-    pub fn mirrored(self) -> Self {
+    fn mirrored(self) -> Self {
         let same = Self(self.0 & (Self::THROUGH.0 | Self::REVERSE.0));
         let left = if self.has(Self::RIGHT) { Self::LEFT } else { Self::UNMARKED };
         let right = if self.has(Self::LEFT) { Self::RIGHT } else { Self::UNMARKED };
         same.with(left).with(right)
     }
 
-    /// Returns whether all turns of another set are marked.
-    pub fn has(self, other: Self) -> bool {
+    fn has(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 

@@ -1,35 +1,19 @@
 //! What a node says of signals.
 
-use super::value::{Tags, tag};
+use super::{Tags, tag};
+use crate::flags::Skip;
 
-/// What a signal is for that does not control a junction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Special {
-    /// It stops traffic for trains.
-    LevelCrossing,
-    /// It stops traffic for vehicles that leave a fire station.
-    Emergency,
-    /// It stops traffic before a bridge that opens.
-    Bridge,
-    /// It lets traffic of either direction onto a single lane.
-    SingleLane,
-    /// It always blinks.
-    Beacon,
-}
-
-impl Special {
-    /// Returns what a value of `traffic_signals` says; `None` for any that a signal of a junction may have, such
-    /// as `signal`, `blink_mode` or `tram_priority`.
-    fn of(value: &str) -> Option<Self> {
-        Some(match value {
-            "level_crossing" | "rail_crossing" | "railway_crossing" => Self::LevelCrossing,
-            "emergency" | "fire_station" => Self::Emergency,
-            "bridge" | "lift_bridge" | "movable_bridge" | "drawbridge" => Self::Bridge,
-            "one_lane" | "single_lane" | "alternating" => Self::SingleLane,
-            "blinker" => Self::Beacon,
-            _ => return None,
-        })
-    }
+/// Returns what a value of `traffic_signals` says; `None` for any that a signal of a junction may have, such
+/// as `signal`, `blink_mode` or `tram_priority`.
+fn special(value: &str) -> Option<Skip> {
+    Some(match value {
+        "level_crossing" | "rail_crossing" | "railway_crossing" => Skip::LevelCrossing,
+        "emergency" | "fire_station" => Skip::Emergency,
+        "bridge" | "lift_bridge" | "movable_bridge" | "drawbridge" => Skip::Bridge,
+        "one_lane" | "single_lane" | "alternating" => Skip::SingleLane,
+        "blinker" => Skip::Beacon,
+        _ => return None,
+    })
 }
 
 /// What the tags of a signal node say beside `highway=traffic_signals`.
@@ -42,7 +26,7 @@ pub struct SignalTags {
     /// Whether it meters a ramp.
     pub meter: bool,
     /// What it is for if that is no junction.
-    pub special: Option<Special>,
+    pub special: Option<Skip>,
     /// Whether it is at a level crossing and nothing else says what it is for.
     pub on_rails: bool,
 }
@@ -71,7 +55,7 @@ impl SignalTags {
         let meter = purpose == Some("ramp_meter");
         // Of several, one that a junction may have counts.
         let special = purpose.and_then(|purpose| {
-            let mut all = purpose.split(';').map(|value| Special::of(value.trim()));
+            let mut all = purpose.split(';').map(|value| special(value.trim()));
             let first = all.next()?;
             first.filter(|_| all.all(|other| other.is_some()))
         });
@@ -82,7 +66,7 @@ impl SignalTags {
 
 /// Returns whether a node with these tags is a crossing of pedestrians with signals, which stop vehicles too
 /// but are not mapped as signals for them.
-pub fn is_crossing_signal(tags: &Tags<'_>) -> bool {
+pub(crate) fn is_crossing_signal(tags: &Tags<'_>) -> bool {
     let is = |key, values: &[&str]| tag(tags, key).is_some_and(|v| values.contains(&v));
     is("highway", &["crossing"])
         && (is("crossing", &["traffic_signals", "toucan", "pelican", "puffin", "pegasus"])
@@ -129,12 +113,12 @@ mod tests {
             SignalTags::parse(&tags).unwrap().special
         };
         for (value, expected) in [
-            ("level_crossing", Special::LevelCrossing),
-            ("emergency", Special::Emergency),
-            ("bridge", Special::Bridge),
-            ("one_lane", Special::SingleLane),
-            ("blinker", Special::Beacon),
-            ("emergency;level_crossing", Special::Emergency),
+            ("level_crossing", Skip::LevelCrossing),
+            ("emergency", Skip::Emergency),
+            ("bridge", Skip::Bridge),
+            ("one_lane", Skip::SingleLane),
+            ("blinker", Skip::Beacon),
+            ("emergency;level_crossing", Skip::Emergency),
         ] {
             assert_eq!(special(value), Some(expected), "{value}");
         }

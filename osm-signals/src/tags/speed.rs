@@ -1,6 +1,6 @@
 //! Speed limits: numbers with and without units, lists, and words.
 
-use super::value::{Tags, tag};
+use super::{Tags, tag};
 use crate::error::brief;
 use crate::oddities::Oddities;
 
@@ -122,11 +122,7 @@ fn by_rule(text: &str) -> Option<f64> {
     signed(zone, plain)
 }
 
-/// Returns the limit on a sign, miles per hour.
-///
-/// # Arguments
-///
-/// * `plain` — makes miles per hour of a number without a unit.
+/// The limit on a sign; `plain` makes miles per hour of a number without a unit.
 fn signed(text: &str, plain: fn(f64) -> f64) -> Option<f64> {
     let text = text.trim().to_ascii_lowercase();
     let is_of_number = |c: char| c.is_ascii_digit() || c == '.' || c == ',';

@@ -1,13 +1,10 @@
 //! What the tags of a drivable way say.
 
-use super::bus_lanes::tell_sides;
 use super::closed::open_lanes;
-use super::direction::{Direction, direction};
-use super::drivable::drivable;
 use super::highway::Highway;
 use super::lanes::{LaneTags, TurnTags};
 use super::speed::SpeedTags;
-use super::value::{Tags, tag};
+use super::{Direction, Tags, direction, drivable, tag};
 use crate::driving_side::DrivingSide;
 use crate::oddities::Oddities;
 
@@ -54,11 +51,12 @@ impl Street {
             let none = &mut Oddities::default();
             Box::new(open_lanes(way, tags, direction, DrivingSide::Left, none))
         };
+        let told_by_side = tags.iter().any(|(key, _)| key.starts_with("busway:"));
         Some(Self {
             highway,
             direction,
             roundabout,
-            lanes_mirrored: tell_sides(tags).then(left_hand).filter(|left| **left != lanes),
+            lanes_mirrored: told_by_side.then(left_hand).filter(|left| **left != lanes),
             lanes,
             turns: TurnTags::parse(way, tags, oddities).map(Box::new),
             speed: SpeedTags::parse(way, tags, oddities),

@@ -160,9 +160,9 @@ fn check(request: &Request, input: &Input, survey: &Survey) -> Result<(), CityEr
     {
         return Err(CityError::Elsewhere {
             path: path.clone(),
-            what: format!("{} counts lies along a street of an intersection", counts.len()),
+            what: format!("{} counts lies along a street of an intersection", counts.count),
             option: "--aadt",
-            bounds: Box::new(counts.bounds()),
+            bounds: Box::new(counts.bounds),
             covered,
         });
     }

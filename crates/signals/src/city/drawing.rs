@@ -87,7 +87,7 @@ fn streets(extract: &Extract, frame: [f64; 4]) -> Vec<DrawnStreet> {
     let mut streets = Vec::new();
     for way in &extract.ways {
         let nodes = extract.nodes_of(way).iter().filter_map(|id| extract.nodes.index(*id));
-        let places: Vec<Place> = nodes.filter_map(|n| extract.nodes.place(n)).collect();
+        let places: Vec<Place> = nodes.filter_map(|n| extract.nodes.places[n]).collect();
         if places.len() < 2 || !places.iter().any(|p| within(frame, *p)) {
             continue;
         }

@@ -253,13 +253,13 @@ pub fn quality(
     let resting = |source| arms().filter(|((_, t), _)| t.source == source).count();
     let marked = |yes| if yes { Source::Tagged } else { Source::Default };
     let counts = counts.map(|(counts, spread_m)| CountsSummary {
-        field: counts.field().to_owned(),
-        counts: counts.len(),
+        field: counts.field.clone(),
+        counts: counts.count,
         approaches,
         matched: resting(InflowSource::Counted),
         spread: resting(InflowSource::Spread),
         spread_m,
-        skipped: counts.oddities().iter().map(|(r, o)| (r.to_owned(), o.clone())).collect(),
+        skipped: counts.oddities.iter().map(|(r, o)| (r.to_owned(), o.clone())).collect(),
     });
     Quality {
         name: family.name,

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use osm_signals::listing::ListMatch;
 use osm_signals::traffic::{ArmTraffic, InflowSource};
-use osm_signals::{DrivingSide, Intersection, Place, Survey, review};
+use osm_signals::{DrivingSide, Intersection, Place, Survey};
 
 use super::flag::Flag;
 use super::one_green::has_one_green;
@@ -29,7 +29,7 @@ pub struct Site<'a> {
 impl Site<'_> {
     /// Returns what is worth a look, the most doubtful first.
     pub fn flags(&self) -> Vec<Flag> {
-        let map = review::flags(self.found).into_iter().map(Flag::Map);
+        let map = self.found.all_flags().into_iter().map(Flag::Map);
         self.one_green.then_some(Flag::OneGreen).into_iter().chain(map).collect()
     }
 }
