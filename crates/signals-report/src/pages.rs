@@ -15,7 +15,6 @@ use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
 use super::movements;
 use super::plans::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow};
-use super::plans::left_turns::{no_longer_protected, unprotected};
 use super::plans::remove_earlier;
 use super::plans::sheets::rings;
 use super::plans::told::{Told, best, renamed};
@@ -240,9 +239,7 @@ fn plan(seen: Seen<'_>, told: &Told) -> Value {
         phases => phases(&told.plan),
         rings => rings(&told.plan),
         is_stages => told.is_stages,
-        unprotected => unprotected(seen, told.point, &told.plan).join(", "),
         hides_walk => hides_walk(&told.plan),
-        no_longer_protected => no_longer_protected(seen, told.point, &told.plan).join(", "),
         schedule => schedule(&told.plan),
     }
 }

@@ -9,7 +9,6 @@ pub(super) mod cabinet;
 mod config;
 pub mod episode;
 mod files;
-pub(super) mod left_turns;
 mod program_xml;
 pub(super) mod sheets;
 mod table;

@@ -4,23 +4,18 @@
 //!   those of UTDF do, that direction counts, else the compass.
 //! - **Several exits on one side**: `NBL` is all of them. Where the plan has `NBL2` too, as plans of methods have, `NBL` is the
 //!   first of their links and `NBL2` the others, as in results.
-//! - **Names of results** have the turns that SUMO sees. Of two exits that are nearly straight on, it may take the other one for
-//!   straight on than the network does. Where a plan has a name for each exit of an approach, these are in the order of the links.
-//! - **Right turns without a phase** go with the through movement of their approach, and left turns from shared lanes yield
-//!   in its phases. This is said, unless the right turn shares a lane with it. Any other movement needs a phase.
-//! - **Movements that cross** may not both have the right of way. Where one yields that is no left turn across opposing
-//!   traffic, this is said, and where both lead into lanes of one arm side by side. Right turns are no part of this: they yield.
+//! - **Movements without a phase**: right turns go with the through movement of their approach, and left turns from shared
+//!   lanes yield in its phases. This is said, unless the right turn shares a lane with it. Any other movement needs a phase.
+//! - **Movements that cross** may not both have the right of way. Right turns are no part of this: they yield.
 
-use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-use osm_signals::angle::{normalise_degrees, turn_degrees};
-use osm_signals::turn::THROUGH_LIMIT_DEG;
+use osm_signals::angle::normalise_degrees;
 use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
-use crate::existing::ran::{of_program, unusual};
-use crate::existing::{Control, ExistingPlan, NamedPlan, NamedProgram, Plans};
+use crate::existing::ran::of_program;
+use crate::existing::{ExistingPlan, NamedPlan, NamedProgram, Plans};
 use crate::family::approaches::Intersection;
 use crate::family::doubts::Doubt;
 use crate::family::load::LoadedScenario;
@@ -33,10 +28,6 @@ use crate::turning::{matched_arms, meant};
 use crate::vocabulary::{Heading, movement_names, number_in, on_side};
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
-
-/// Arms between which no street goes straight on are opposite if their bearings are so far apart, degrees: those of a Y are,
-/// those of streets that cross at an angle of more than 60 degrees are not.
-const LEAST_OPPOSITE_DEG: f64 = 120.0;
 
 /// Most names that a message lists.
 const FEW: usize = 6;
@@ -63,70 +54,62 @@ pub struct Placed {
 pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyError> {
     let wrong = |line: u64, message: String| at(&plans.file, Fault { line, message });
     if loaded.scenario.family.detail != Detail::PerApproach || loaded.intersections.is_empty() {
-        return Err(wrong(
-            1,
-            "existing plans belong to real intersections; give a scenario with approaches and detail = \"per-approach\" in \
-             [family]"
-                .to_owned(),
-        ));
+        let message = "existing plans belong to real intersections; give a scenario with approaches and detail = \
+                       \"per-approach\" in [family]";
+        return Err(wrong(1, message.to_owned()));
     }
     let specs = intersections(loaded).map_err(|e| wrong(1, e.to_string()))?;
-    let side = loaded.scenario.network.driving_side;
-    let mut placed = Placed::default();
-    let mut plans = plans.clone();
-    let (mut odd, mut unread, mut elsewhere) = (Vec::new(), Vec::new(), Vec::new());
+    let known = few(loaded.intersections.iter().map(|i| i.id.clone()));
+    let (mut all, mut elsewhere) = (plans.all.clone(), Vec::new());
     for program in &plans.programs {
-        match of_states(program, loaded, &specs, side) {
-            Ok(Some((plan, notes))) => {
-                odd.extend(notes);
-                unread.extend((!program.unread.is_empty()).then(|| {
-                    format!("signal {}: {}", program.program.signal, program.unread.join(", "))
-                }));
-                plans.all.push(plan);
-            }
-            Ok(None) => elsewhere.push(program.program.signal.clone()),
-            Err(message) => return Err(wrong(program.line, message)),
+        match of_states(program, loaded, &specs).map_err(|message| wrong(program.line, message))? {
+            Some(plan) => all.push(plan),
+            None => elsewhere.push(program.program.signal.clone()),
         }
     }
-    if let (Some(first), true) = (plans.programs.first(), plans.all.is_empty()) {
-        let mut known = loaded.intersections.iter().map(|i| i.id.clone());
+    if let (Some(first), true) = (plans.programs.first(), all.is_empty()) {
         let message = format!(
-            "no tlLogic ({}) is an intersection of the scenario ({}); give each the id of its intersection, or of its point MDP",
-            few(&mut elsewhere.into_iter()),
-            few(&mut known)
+            "no tlLogic ({}) is an intersection of the scenario ({known}); give each the id of its intersection, or of its \
+             point MDP",
+            few(elsewhere.into_iter())
         );
         return Err(wrong(first.line, message));
     }
-    let points: BTreeSet<&str> = loaded.family.points.iter().map(|p| p.id.as_str()).collect();
-    let mut meant_by = Vec::with_capacity(plans.all.len());
-    for plan in &plans.all {
-        let ids = loaded.intersections.iter().map(|i| i.id.as_str());
-        meant_by.push(match meant(&plan.intersection, ids) {
-            Err(_) if points.contains(plan.intersection.as_str()) => None,
-            meant => meant.map_err(|message| wrong(plan.line, message))?,
-        });
+    let mut meant_by = Vec::with_capacity(all.len());
+    for plan in &all {
+        let is_point = loaded.family.points.iter().any(|point| point.id == plan.intersection);
+        meant_by.push(
+            match meant(&plan.intersection, loaded.intersections.iter().map(|i| i.id.as_str())) {
+                Err(_) if is_point => None,
+                meant => meant.map_err(|message| wrong(plan.line, message))?,
+            },
+        );
     }
-    let (mut used, mut notes, mut without) = (vec![false; plans.all.len()], Vec::new(), Vec::new());
+    let mut placed = Placed::default();
+    let (mut used, mut notes, mut without) = (vec![false; all.len()], Vec::new(), Vec::new());
     for ((point, members), spec) in loaded.family.points.iter().zip(&loaded.members).zip(&specs) {
         let intersection = &loaded.intersections[members[0]];
-        let of = |is_own: &dyn Fn(usize, &NamedPlan) -> bool| {
-            plans.all.iter().enumerate().filter(|(i, plan)| is_own(*i, plan)).collect::<Vec<_>>()
+        let of = |rank: usize| -> Vec<usize> {
+            let is_own = |i: &usize| {
+                let is_meant = meant_by[*i] == Some(intersection.id.as_str());
+                match rank {
+                    // Reports call an intersection in a period by the id of its point MDP.
+                    0 => all[*i].intersection == point.id && all[*i].period.is_empty(),
+                    1 => is_meant && all[*i].period == intersection.period,
+                    _ => is_meant && all[*i].period.is_empty(),
+                }
+            };
+            (0..all.len()).filter(is_own).collect()
         };
-        // Reports call an intersection in a period by the id of its point MDP.
-        let mut found = of(&|_, plan| plan.intersection == point.id && plan.period.is_empty());
-        for period in [intersection.period.as_str(), ""] {
-            if found.is_empty() {
-                let is_same = |i: usize| meant_by[i] == Some(intersection.id.as_str());
-                found = of(&|i, plan| is_same(i) && plan.period == period);
-            }
-        }
-        let (index, named) = match found[..] {
+        let found = (0..3).map(of).find(|found| !found.is_empty()).unwrap_or_default();
+        let index = match found[..] {
             [] => {
-                without.push(named_in(intersection));
+                without.push(named_in(&intersection.id, &intersection.period));
                 continue;
             }
             [one] => one,
-            [(_, a), (_, b), ..] => {
+            [a, b, ..] => {
+                let [a, b] = [a, b].map(|i| &all[i]);
                 let message = format!(
                     "{} and {} are plans of one intersection, {}; give it one per period",
                     a.intersection, b.intersection, intersection.id
@@ -134,13 +117,12 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
                 return Err(wrong(b.line, message));
             }
         };
+        let named = &all[index];
         used[index] = true;
-        match place(&named.plan, intersection, spec, side) {
+        match place(&named.plan, intersection, spec) {
             Ok((plan, said)) => {
-                notes.extend(
-                    said.into_iter()
-                        .map(|note| format!("intersection {}: {note}", named_in(intersection))),
-                );
+                let at = named_in(&intersection.id, &intersection.period);
+                notes.extend(said.into_iter().map(|note| format!("intersection {at}: {note}")));
                 placed.of_point.insert(point.id.clone(), plan);
                 placed.given.extend((!placed.given.contains(named)).then(|| named.clone()));
             }
@@ -148,33 +130,30 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
         }
     }
     if !used.contains(&true) {
-        let own = few(&mut plans.all.iter().map(|plan| plan.intersection.clone()));
-        let table = few(&mut loaded.intersections.iter().map(|i| i.id.clone()));
+        let own = few(all.iter().map(|plan| plan.intersection.clone()));
         let message = format!(
-            "no intersection with a plan ({own}) is in the scenario ({table}), in a period that it has; call \
-             them alike"
+            "no intersection with a plan ({own}) is in the scenario ({known}), in a period that it has; call them alike"
         );
-        return Err(wrong(plans.all.first().map_or(1, |plan| plan.line), message));
+        return Err(wrong(all.first().map_or(1, |plan| plan.line), message));
     }
-    let unused = plans.all.iter().zip(&used).filter(|(_, used)| !**used);
-    let unused: Vec<String> = unused
-        .map(|(plan, _)| match plan.period.as_str() {
-            "" => plan.intersection.clone(),
-            period => format!("{}, {period}", plan.intersection),
-        })
-        .chain(elsewhere)
-        .collect();
-    placed.doubts.extend(Doubt::of(
-        "existing plans of intersections or periods that the scenario does not have",
-        unused,
-    ));
-    placed.doubts.extend(Doubt::of("intersections without an existing plan", without));
-    placed.doubts.extend(Doubt::of("existing plans are not quite as they look", notes));
-    placed.doubts.extend(Doubt::of(
-        "programs of SUMO are shown as phases of one ring; check that the states have the links of the network in its order",
-        odd,
-    ));
-    placed.doubts.extend(Doubt::of("parameters of programs that have no effect here", unread));
+    let unused = all.iter().zip(&used).filter(|(_, used)| !**used);
+    let unused = unused.map(|(plan, _)| named_in(&plan.intersection, &plan.period));
+    let programs = (!plans.programs.is_empty()).then(|| {
+        Doubt::whole(
+            "programs of SUMO are shown as phases of one ring, in which all lights that end do so together; of parameters only \
+             max-gap is read; check that the states have the links of the network in its order",
+        )
+    });
+    let doubts = [
+        Doubt::of(
+            "existing plans of intersections or periods that the scenario does not have",
+            unused.chain(elsewhere).collect(),
+        ),
+        Doubt::of("intersections without an existing plan", without),
+        Doubt::of("existing plans are not quite as they look", notes),
+        programs,
+    ];
+    placed.doubts = doubts.into_iter().flatten().collect();
     Ok(placed)
 }
 
@@ -196,65 +175,78 @@ impl Placed {
 
     /// Returns what is to be said of plans that cannot be simulated and are left out.
     pub fn left_out(&self) -> Option<Doubt> {
-        let said = self
-            .refused
-            .iter()
-            .map(|(named, why)| format!("intersection {}: {why}", named.intersection));
-        Doubt::of("existing plans that cannot be simulated are left out", said.collect())
+        let say = |(named, why): &(NamedPlan, String)| {
+            format!("intersection {}: {why}", named.intersection)
+        };
+        let said = self.refused.iter().map(say).collect();
+        Doubt::of("existing plans that cannot be simulated are left out", said)
     }
 }
 
 /// Returns names as messages list them.
-fn few(names: &mut dyn Iterator<Item = String>) -> String {
+fn few(names: impl Iterator<Item = String>) -> String {
     let mut names: Vec<String> = names.collect();
     names.dedup();
     let more = if names.len() > FEW { ", ..." } else { "" };
     format!("{}{more}", names[..names.len().min(FEW)].join(", "))
 }
 
-/// Returns the plan that a program of SUMO is, and what of it is not as it looks; `None` for one of another signal.
-///
-/// # Errors
-///
-/// What of the program does not fit to the intersection, with the way out.
+/// Returns an intersection with its period, as messages call it.
+fn named_in(intersection: &str, period: &str) -> String {
+    let separator = if period.is_empty() { "" } else { ", " };
+    format!("{intersection}{separator}{period}")
+}
+
+/// Returns the plan that a program of SUMO is; `None` for one of another signal.
 fn of_states(
     named: &NamedProgram,
     loaded: &LoadedScenario,
     specs: &[IntersectionSpec],
-    side: DrivingSide,
-) -> Result<Option<(NamedPlan, Vec<String>)>, String> {
+) -> Result<Option<NamedPlan>, String> {
     let program = &named.program;
     let id = program.signal.as_str();
-    let first = |members: &Vec<usize>| &loaded.intersections[members[0]];
-    let is_only = || loaded.members.iter().all(|m| first(m).id == first(&loaded.members[0]).id);
-    let mut points = loaded.family.points.iter().zip(&loaded.members).zip(specs);
-    let exact =
-        points.clone().find(|((point, members), _)| point.id == id || first(members).id == id);
-    let found = match exact {
-        Some(exact) => Some(exact),
+    let fail = |message: &str| format!("signal {id}: {message}");
+    let own = |place: usize| &loaded.intersections[loaded.members[place][0]];
+    let points = &loaded.family.points;
+    let is_called = |place: &usize| points[*place].id == id || own(*place).id == id;
+    let place = match (0..points.len()).find(is_called) {
+        Some(place) => Some(place),
         None => {
-            let same = meant(id, loaded.members.iter().map(|m| first(m).id.as_str()))?;
-            points.find(|((_, members), _)| {
-                same == Some(first(members).id.as_str()) || (id == SIGNAL && is_only())
-            })
+            let same = meant(id, (0..points.len()).map(|place| own(place).id.as_str()))?;
+            let is_only = (0..points.len()).all(|place| own(place).id == own(0).id);
+            let is_meant =
+                |place: &usize| same == Some(&own(*place).id) || (id == SIGNAL && is_only);
+            (0..points.len()).find(is_meant)
         }
     };
-    let Some(((point, members), spec)) = found else { return Ok(None) };
-    let fail = |message: String| format!("signal {id}: {message}");
-    let intersection = first(members);
+    let Some(place) = place else { return Ok(None) };
+    let (intersection, spec) = (own(place), &specs[place]);
     let layout = layout(spec).map_err(|e| e.to_string())?;
-    let headings = headings(intersection, side).map_err(fail)?;
+    let incoming = || intersection.arms.iter().enumerate().filter(|(_, arm)| arm.lanes_in > 0);
+    let told = Heading::told(incoming().map(|(_, arm)| arm.arm.as_str())).unwrap_or_else(|| {
+        Heading::of_approaches(
+            &incoming().map(|(_, arm)| arm.bearing_deg + 180.0).collect::<Vec<_>>(),
+        )
+    });
+    if told.iter().collect::<BTreeSet<_>>().len() < told.len() {
+        return Err(fail(
+            "two approaches have the same direction of travel; give the plan as a table of phases",
+        ));
+    }
+    let order = order_of_arms(intersection, spec.side);
+    let headings: BTreeMap<usize, Heading> =
+        incoming().map(|(arm, _)| order[arm]).zip(told).collect();
     let movements = by_link(spec, &layout);
-    let way = |m: &ArmMovement| (headings[&m.from], on_side(m.turn, side));
-    let told = movement_names(movements.iter().map(way));
-    let name_of: BTreeMap<ArmMovement, String> = movements.into_iter().zip(told).collect();
+    let way = |m: &ArmMovement| (headings[&m.from], on_side(m.turn, spec.side));
+    let called = movement_names(movements.iter().map(way));
+    let name_of: BTreeMap<ArmMovement, String> = movements.into_iter().zip(called).collect();
     let of_links = layout.connections.iter().map(|c| name_of[&c.movement].clone());
     let names: BTreeMap<usize, String> =
         link_order(spec, &layout).into_iter().zip(of_links).collect();
     let letters = program.phases[0].state.len();
     if letters != names.len() {
         let links: Vec<&str> = names.values().map(String::as_str).collect();
-        return Err(fail(format!(
+        return Err(fail(&format!(
             "states have {letters} letters, but the intersection has {} links ({}); give each its letter, in this order",
             links.len(),
             links.join(" ")
@@ -262,112 +254,22 @@ fn of_states(
     }
     let plan = of_program(program, &names).expect("static and actuated programs are read");
     if plan.phases.is_empty() {
-        return Err(fail("no phase has a green; give it one".to_owned()));
+        return Err(fail("no phase has a green; give it one"));
     }
-    let intersection = match point.id == id {
-        true => point.id.clone(),
-        false => intersection.id.clone(),
-    };
-    let stages = unusual(program).into_iter();
-    let notes = stages.map(|stage| {
-        format!("intersection {intersection}: after phase {stage} lights end one by one in the file, and together here")
-    });
-    let notes = notes.collect();
-    let line = named.line;
-    Ok(Some((NamedPlan { intersection, period: String::new(), plan, line }, notes)))
+    let is_point = points[place].id == id;
+    let intersection = if is_point { id } else { &intersection.id }.to_owned();
+    Ok(Some(NamedPlan { intersection, period: String::new(), plan, line: named.line }))
 }
 
-/// Returns how vehicles travel that come from an arm, by its position in the network.
-fn headings(
-    intersection: &Intersection,
-    side: DrivingSide,
-) -> Result<BTreeMap<usize, Heading>, String> {
-    let incoming = || intersection.arms.iter().filter(|arm| arm.lanes_in > 0);
-    let headings_deg: Vec<f64> = incoming().map(|arm| arm.bearing_deg + 180.0).collect();
-    let told = Heading::told(incoming().map(|arm| arm.arm.as_str()));
-    let told: BTreeSet<Heading> =
-        told.unwrap_or_else(|| Heading::of_approaches(&headings_deg)).into_iter().collect();
-    if told.len() < headings_deg.len() {
-        let said =
-            "two approaches have the same direction of travel; give the plan as a table of phases";
-        return Err(said.to_owned());
-    }
-    let (arms, _) = arms_of(&told, intersection, side)?;
-    Ok(arms.into_iter().map(|(heading, arm)| (arm, heading)).collect())
-}
-
-/// Returns an intersection with its period, as messages call it.
-fn named_in(intersection: &Intersection) -> String {
-    match intersection.period.as_str() {
-        "" => intersection.id.clone(),
-        period => format!("{}, {period}", intersection.id),
-    }
-}
-
-/// Returns a plan with the ways of its movements, and what of it is not as it looks.
-///
-/// # Errors
-///
-/// What the plan lacks, or has and the intersection has not, with the way out.
-fn place(
-    plan: &ExistingPlan,
-    intersection: &Intersection,
-    spec: &IntersectionSpec,
-    side: DrivingSide,
-) -> Result<(ExistingPlan, Vec<String>), String> {
-    let mut notes = plan.check()?;
-    let mut plan = plan.clone();
-    let headings: BTreeSet<Heading> = (plan.phases.iter())
-        .flat_map(|phase| phase.all_movements())
-        .filter_map(|name| Some(Heading::of_movement(name, side)?.0))
-        .collect();
-    let (arms, is_ambiguous) = arms_of(&headings, intersection, side)?;
-    if is_ambiguous {
-        notes.push(
-            "directions of the compass may belong to other arms, because the streets lie between them; compare the \
-             movements"
-                .to_owned(),
-        );
-    }
-    let layout = layout(spec).map_err(|e| e.to_string())?;
-    let by_link = by_link(spec, &layout);
-    let mut ways = ways(&plan, &arms, spec, &by_link, side);
-    for phase in &plan.phases {
-        for name in phase.all_movements() {
-            let Some([]) = ways.get(name).map(Vec::as_slice) else { continue };
-            let arm = Heading::of_movement(name, side).and_then(|(heading, _)| arms.get(&heading));
-            let of_arm = layout.movements.iter().filter(|m| Some(&m.from) == arm);
-            let mut others: Vec<&str> = of_arm.map(|m| word(on_side(m.turn, side))).collect();
-            others.dedup();
-            return Err(format!(
-                "phase {} has {name}, but that approach only leads {}; correct the phase, or movements and bearing_deg \
-                 of the arm",
-                phase.number,
-                others.join(" and ")
-            ));
-        }
-    }
-    notes.extend(people_without_walk(&plan, intersection));
-    complete(&mut plan, &arms, &layout, &by_link, &mut ways, side, &mut notes)?;
-    no_crossing(&plan, spec, &layout, &ways, &mut notes)?;
-    for (name, own) in ways {
-        plan.ways.insert(name, own.iter().map(|m| (m.from_edge(), m.to_edge())).collect());
-    }
-    Ok((plan, notes))
-}
-
-/// Says how many people cross where a plan has no walk.
-fn people_without_walk(plan: &ExistingPlan, intersection: &Intersection) -> Option<String> {
-    let counted = intersection.arms.iter().filter_map(|arm| arm.counted?.pedestrians_per_h);
-    let per_h: f64 = counted.sum();
-    let has_walk = plan.phases.iter().any(|phase| phase.walk_s.is_some());
-    // Beside the greens of a fixed cycle people cross anyway.
-    let is_fixed = plan.control == Control::Pretimed;
-    (per_h > 0.0 && !has_walk && !is_fixed).then(|| {
-        format!(
-            "{per_h:.0} people an hour cross there, and the plan has no walk: where they push buttons, nobody serves them"
-        )
-    })
+/// Returns the position in the network of every arm: they are numbered by their bearings as the network has them.
+fn order_of_arms(intersection: &Intersection, side: DrivingSide) -> Vec<usize> {
+    let bearing_deg =
+        |i: usize| side.bearing_deg(normalise_degrees(intersection.arms[i].bearing_deg));
+    let mut order: Vec<usize> = (0..intersection.arms.len()).collect();
+    order.sort_by(|a, b| bearing_deg(*a).total_cmp(&bearing_deg(*b)));
+    (0..order.len())
+        .map(|arm| order.iter().position(|other| *other == arm).unwrap_or(arm))
+        .collect()
 }
 
 /// Returns the movements of the network in the order of their first links, from right to left on every approach. That is the
@@ -383,291 +285,196 @@ fn by_link(spec: &IntersectionSpec, layout: &LaneLayout) -> Vec<ArmMovement> {
     movements
 }
 
-/// A name of a movement after its turn and its number among those of the turn: names of an approach are in the order of its links.
-type Called<'a> = (Reverse<Turn>, u32, &'a String);
-
-/// Returns which movements of the network every name of a plan is; none for a turn that its approach does not have.
+/// Returns a plan with the ways of its movements, and what of it is not as it looks.
 ///
-/// # Arguments
+/// # Errors
 ///
-/// * `by_link` — all movements, in the order of their links.
-fn ways(
+/// What the plan lacks, or has and the intersection has not, with the way out.
+fn place(
     plan: &ExistingPlan,
-    arms: &BTreeMap<Heading, usize>,
-    spec: &IntersectionSpec,
-    by_link: &[ArmMovement],
-    side: DrivingSide,
-) -> BTreeMap<String, Vec<ArmMovement>> {
-    let names: BTreeSet<&String> = plan.phases.iter().flat_map(|p| p.all_movements()).collect();
-    let mut ways = BTreeMap::new();
-    let mut of_arms: BTreeMap<usize, Vec<Called<'_>>> = BTreeMap::new();
-    for name in names {
-        let Some((heading, turn)) = Heading::of_movement(name, side) else { continue };
-        let Some(arm) = arms.get(&heading) else { continue };
-        let turn = on_side(turn, side);
-        if name.ends_with('U') {
-            let own = by_link.iter().filter(|m| (m.from, m.turn) == (*arm, turn));
-            ways.insert(name.clone(), own.copied().collect());
-        } else {
-            of_arms.entry(*arm).or_default().push((Reverse(turn), number_in(name), name));
-        }
-    }
-    for (arm, mut names) in of_arms {
-        names.sort_unstable();
-        let exits: Vec<ArmMovement> = by_link.iter().filter(|m| m.from == arm).copied().collect();
-        let is_called = |i: usize| may_be_called(names[i].0.0, &exits[i], spec);
-        if names.len() == exits.len() && (0..exits.len()).all(is_called) {
-            let of_names = names.iter().zip(&exits);
-            ways.extend(of_names.map(|((.., name), exit)| ((*name).clone(), vec![*exit])));
-            continue;
-        }
-        for turn in [Turn::Right, Turn::Through, Turn::Left] {
-            let own = names.iter().filter(|(of, ..)| of.0 == turn);
-            let numbered: Vec<(u32, &String)> =
-                own.map(|(_, number, name)| (*number, *name)).collect();
-            let exits: Vec<ArmMovement> =
-                exits.iter().filter(|m| m.turn == turn).copied().collect();
-            ways.extend(shared_out(&numbered, &exits));
-        }
-    }
-    ways
-}
-
-/// Returns the exits of one turn by the names that a plan has for them: each name has those from its number on to that of the
-/// next name, the first one also those before.
-fn shared_out(names: &[(u32, &String)], exits: &[ArmMovement]) -> Vec<(String, Vec<ArmMovement>)> {
-    let begin = |k: usize| match k {
-        0 => 0,
-        _ => (names[k].0 as usize - 1).min(exits.len().saturating_sub(1)),
-    };
-    let own = |k: usize| {
-        let next = if k + 1 < names.len() { begin(k + 1) } else { exits.len() };
-        let end = next.max(begin(k) + 1).min(exits.len());
-        (names[k].1.clone(), exits[begin(k)..end].to_vec())
-    };
-    (0..names.len()).map(own).collect()
-}
-
-/// Whether results may call a movement of the network so: SUMO may call one that is nearly straight on through or a turn to its
-/// side, whatever the network does.
-fn may_be_called(turn: Turn, movement: &ArmMovement, spec: &IntersectionSpec) -> bool {
-    let bearing_deg = |arm: usize| spec.arms[arm].bearing_deg;
-    let off_deg = turn_degrees(bearing_deg(movement.from) + 180.0, bearing_deg(movement.to));
-    let aside = if off_deg < 0.0 { Turn::Left } else { Turn::Right };
-    let is_nearly_straight = off_deg.abs() <= THROUGH_LIMIT_DEG;
-    turn == movement.turn || is_nearly_straight && (turn == Turn::Through || turn == aside)
-}
-
-/// Returns the arms that vehicles with these directions come from, as positions in the network, and whether other ones may
-/// be meant.
-fn arms_of(
-    headings: &BTreeSet<Heading>,
     intersection: &Intersection,
-    side: DrivingSide,
-) -> Result<(BTreeMap<Heading, usize>, bool), String> {
-    let arms = &intersection.arms;
-    // Arms are numbered by their bearings as the network has them.
-    let mut order: Vec<usize> = (0..arms.len()).collect();
-    let bearing_deg = |i: usize| side.bearing_deg(normalise_degrees(arms[i].bearing_deg));
-    order.sort_by(|a, b| bearing_deg(*a).total_cmp(&bearing_deg(*b)));
-    let place = |arm: usize| order.iter().position(|other| *other == arm).unwrap_or(arm);
-    let wanted: Vec<Heading> = headings.iter().copied().collect();
-    let matched = matched_arms(&wanted, arms, &[]);
-    let mut of = BTreeMap::new();
-    for (heading, arm) in wanted.iter().zip(matched.arms) {
+    spec: &IntersectionSpec,
+) -> Result<(ExistingPlan, Vec<String>), String> {
+    let notes = plan.check()?;
+    let layout = layout(spec).map_err(|e| e.to_string())?;
+    let named = plan.phases.iter().flat_map(|phase| phase.all_movements());
+    let headings: BTreeSet<Heading> =
+        named.filter_map(|name| Some(Heading::of_movement(name, spec.side)?.0)).collect();
+    let headings: Vec<Heading> = headings.into_iter().collect();
+    let order = order_of_arms(intersection, spec.side);
+    let matched = matched_arms(&headings, &intersection.arms, &[]).arms;
+    let mut arms = BTreeMap::new();
+    for (heading, arm) in headings.into_iter().zip(matched) {
         let arm = arm.ok_or_else(|| {
             format!(
                 "it has movements of {heading} traffic, but no approach goes that way; correct the movements, or bearing_deg \
                  of the arms"
             )
         })?;
-        of.insert(*heading, place(arm));
+        arms.insert(heading, order[arm]);
     }
-    Ok((of, matched.is_ambiguous))
+    let by_link = by_link(spec, &layout);
+    let on_arms = OnArms { spec, layout: &layout, by_link: &by_link, arms };
+    let mut placing = Placing { ways: on_arms.ways(plan)?, plan: plan.clone(), notes };
+    on_arms.complete(&mut placing)?;
+    let Placing { mut plan, ways, notes } = placing;
+    no_crossing(&plan, &ways)?;
+    for (name, own) in ways {
+        plan.ways.insert(name, own.iter().map(|m| (m.from_edge(), m.to_edge())).collect());
+    }
+    Ok((plan, notes))
 }
 
-/// Gives movements without a phase one, where it is clear which.
-///
-/// # Arguments
-///
-/// * `by_link` — all movements, in the order of their links.
-/// * `ways` — which of them the names of the plan are; gets those of the names that are added.
-fn complete(
-    plan: &mut ExistingPlan,
-    arms: &BTreeMap<Heading, usize>,
-    layout: &LaneLayout,
-    by_link: &[ArmMovement],
-    ways: &mut BTreeMap<String, Vec<ArmMovement>>,
-    side: DrivingSide,
-    notes: &mut Vec<String>,
-) -> Result<(), String> {
-    let way = |m: &ArmMovement| (m.from, m.turn);
-    let served: BTreeSet<(usize, Turn)> = ways.values().flatten().map(way).collect();
-    let mut all: Vec<(usize, Turn)> = layout.movements.iter().map(way).collect();
-    all.dedup();
-    for (arm, turn) in all.into_iter().filter(|way| !served.contains(way)) {
-        let Some((heading, _)) = arms.iter().find(|(_, of)| **of == arm) else {
-            return Err(format!(
-                "an approach has no phase (edge in{arm} of the network); give its movements to phases"
-            ));
-        };
-        let name = format!("{heading}{}", on_side(turn, side).letter());
-        let lanes = |turn: Turn| {
-            let own = layout.connections.iter();
-            own.filter(move |c| (c.movement.from, c.movement.turn) == (arm, turn))
-                .map(|c| c.from_lane)
-                .collect::<BTreeSet<u32>>()
-        };
-        let goes_with = [Turn::Through, Turn::Right, Turn::Left]
-            .into_iter()
-            .find(|other| *other != turn && served.contains(&(arm, *other)));
-        let is_shared = goes_with.is_some_and(|other| !lanes(turn).is_disjoint(&lanes(other)));
-        let Some(other) =
-            goes_with.filter(|_| turn == Turn::Right || (turn == Turn::Left && is_shared))
-        else {
-            return Err(format!("{name} has no phase; add it to movements or yielding of one"));
-        };
-        let mut numbers = Vec::new();
-        for phase in &mut plan.phases {
-            let is_other = |name: &String| {
-                ways.get(name).is_some_and(|own| own.iter().any(|m| way(m) == (arm, other)))
-            };
-            let has = |names: &[String]| names.iter().any(is_other);
-            let (own, yields) = (has(&phase.movements), has(&phase.yielding));
-            if own && turn != Turn::Left {
-                phase.movements.push(name.clone());
-            } else if own || yields {
-                phase.yielding.push(name.clone());
-            } else {
+/// The movements that every name of a plan is.
+type Ways = BTreeMap<String, Vec<ArmMovement>>;
+
+/// A plan that gets its ways.
+struct Placing {
+    plan: ExistingPlan,
+    ways: Ways,
+    notes: Vec<String>,
+}
+
+/// An intersection with the directions from which a plan's traffic comes.
+struct OnArms<'a> {
+    spec: &'a IntersectionSpec,
+    layout: &'a LaneLayout,
+    /// All movements, in the order of their links.
+    by_link: &'a [ArmMovement],
+    arms: BTreeMap<Heading, usize>,
+}
+
+impl OnArms<'_> {
+    /// Returns which movements of the network every name of a plan is: those of its turn from its number on to that of the
+    /// next name, of the first name also those before. A U-turn is all of its turn.
+    fn ways(&self, plan: &ExistingPlan) -> Result<Ways, String> {
+        let named =
+            || plan.phases.iter().flat_map(|p| p.all_movements().map(move |name| (p.number, name)));
+        let is_u = |name: &str| name.ends_with('U');
+        let mut ways = Ways::new();
+        for (phase, name) in named() {
+            let Some((heading, turn)) = Heading::of_movement(name, self.spec.side) else {
                 continue;
+            };
+            let arm = self.arms[&heading];
+            let exits: Vec<ArmMovement> = (self.by_link.iter().copied())
+                .filter(|m| (m.from, m.turn) == (arm, on_side(turn, self.spec.side)))
+                .collect();
+            let number = number_in(name) as usize;
+            if number > exits.len() {
+                let of_arm = self.by_link.iter().filter(|m| m.from == arm);
+                let has =
+                    movement_names(of_arm.map(|m| (heading, on_side(m.turn, self.spec.side))));
+                return Err(format!(
+                    "phase {phase} has {name}, but that approach has {}; correct the phase, or movements and bearing_deg of \
+                     the arm",
+                    has.join(" ")
+                ));
             }
-            numbers.push(phase.number.to_string());
+            let of_turn = |other: &&String| {
+                Heading::of_movement(other, self.spec.side) == Some((heading, turn)) && !is_u(other)
+            };
+            let numbers: BTreeSet<usize> = named()
+                .map(|(_, name)| name)
+                .filter(of_turn)
+                .map(|name| number_in(name) as usize)
+                .collect();
+            let begin = if numbers.first() == Some(&number) { 0 } else { number - 1 };
+            let end = numbers.range(number + 1..).next().map_or(exits.len(), |next| next - 1);
+            let own = if is_u(name) { exits } else { exits[begin..end].to_vec() };
+            ways.insert(name.clone(), own);
         }
-        let own = by_link.iter().filter(|m| way(m) == (arm, turn)).copied().collect();
-        ways.insert(name.clone(), own);
-        if turn == Turn::Right && is_shared {
-            continue;
-        }
-        let as_what = if turn == Turn::Left { " and yields" } else { "" };
-        notes.push(format!(
-            "{name} has no phase of its own and goes with phase {}{as_what}",
-            numbers.join(" and ")
-        ));
+        Ok(ways)
     }
-    Ok(())
-}
 
-/// Refuses phases that give crossing movements the right of way together. Notes where one yields that is no left turn across
-/// opposing traffic, and where both lead into lanes side by side: programs at skew arms have such, and so may a mistake.
-fn no_crossing(
-    plan: &ExistingPlan,
-    spec: &IntersectionSpec,
-    layout: &LaneLayout,
-    ways: &BTreeMap<String, Vec<ArmMovement>>,
-    notes: &mut Vec<String>,
-) -> Result<(), String> {
-    let ways = |name: &str| -> Vec<&ArmMovement> {
-        let own = ways.get(name).into_iter().flatten();
-        own.filter(|m| m.turn != Turn::Right).collect()
-    };
-    for pair in plan.pairs() {
-        let of = |p: usize| {
-            let phase = &plan.phases[p];
-            let yields = phase.yielding.iter().map(move |name| (p, name, true));
-            phase.movements.iter().map(move |name| (p, name, false)).chain(yields)
-        };
-        let all: Vec<(usize, &String, bool)> = pair.iter().flat_map(|p| of(*p)).collect();
-        for (i, (a, one, one_yields)) in all.iter().enumerate() {
-            for (b, other, other_yields) in &all[..i] {
-                let meets = |m: &ArmMovement, o: &ArmMovement| {
-                    m.conflicts_with(o)
-                        && !(*one_yields && turns_across(m, o, spec, &layout.movements))
-                        && !(*other_yields && turns_across(o, m, spec, &layout.movements))
-                };
-                let both = ways(one)
-                    .into_iter()
-                    .flat_map(|m| ways(other).into_iter().map(move |o| (m, o)));
-                let meeting: Vec<_> = both.filter(|(m, o)| meets(m, o)).collect();
-                if meeting.is_empty() {
+    /// Gives movements without a phase one, where it is clear which.
+    fn complete(&self, Placing { plan, ways, notes }: &mut Placing) -> Result<(), String> {
+        let way = |m: &ArmMovement| (m.from, m.turn);
+        let served: BTreeSet<(usize, Turn)> = ways.values().flatten().map(way).collect();
+        let mut all: Vec<(usize, Turn)> = self.layout.movements.iter().map(way).collect();
+        all.dedup();
+        for (arm, turn) in all.into_iter().filter(|way| !served.contains(way)) {
+            let Some((heading, _)) = self.arms.iter().find(|(_, of)| **of == arm) else {
+                return Err(format!(
+                    "an approach has no phase (edge in{arm} of the network); give its movements to phases"
+                ));
+            };
+            let name = format!("{heading}{}", on_side(turn, self.spec.side).letter());
+            let lanes = |turn: Turn| -> BTreeSet<u32> {
+                let own = self.layout.connections.iter();
+                own.filter(|c| way(&c.movement) == (arm, turn)).map(|c| c.from_lane).collect()
+            };
+            let others = [Turn::Through, Turn::Right, Turn::Left].into_iter();
+            let other = others.filter(|of| *of != turn).find(|of| served.contains(&(arm, *of)));
+            let is_shared = other.is_some_and(|other| !lanes(turn).is_disjoint(&lanes(other)));
+            let may_go_along = turn == Turn::Right || turn == Turn::Left && is_shared;
+            let Some(other) = other.filter(|_| may_go_along) else {
+                return Err(format!("{name} has no phase; add it to movements or yielding of one"));
+            };
+            let has = |names: &[String]| {
+                let own = names.iter().filter_map(|name| ways.get(name)).flatten();
+                own.into_iter().any(|m| way(m) == (arm, other))
+            };
+            let mut numbers = Vec::new();
+            for phase in &mut plan.phases {
+                let (own, yields) = (has(&phase.movements), has(&phase.yielding));
+                if own && turn != Turn::Left {
+                    phase.movements.push(name.clone());
+                } else if own || yields {
+                    phase.yielding.push(name.clone());
+                } else {
                     continue;
                 }
-                let [a, b] = [a, b].map(|p| &plan.phases[*p]);
-                let numbers = match a.number == b.number {
-                    true => format!("phase {} has", a.number),
-                    false => format!(
-                        "phases {} and {} are green together (barrier {}) and have",
-                        b.number, a.number, a.barrier
-                    ),
-                };
-                let how = match (*one_yields, *other_yields) {
-                    (true, _) => format!("which cross, and {one} yields"),
-                    (false, true) => format!("which cross, and {other} yields"),
-                    (false, false)
-                        if meeting.iter().all(|(m, o)| are_side_by_side(m, o, spec, layout)) =>
-                    {
-                        "which lead into lanes side by side".to_owned()
-                    }
-                    (false, false) => {
-                        return Err(format!(
-                            "{numbers} {other} and {one}, which cross; correct ring and barrier, or put a turn across opposing \
-                             traffic under yielding"
-                        ));
-                    }
-                };
-                let note = format!("{numbers} {other} and {one}, {how}");
-                if !notes.contains(&note) {
-                    notes.push(note);
-                }
+                numbers.push(phase.number.to_string());
             }
+            let own = self.by_link.iter().filter(|m| way(m) == (arm, turn)).copied().collect();
+            if turn == Turn::Left || !is_shared {
+                let as_what = if turn == Turn::Left { " and yields" } else { "" };
+                let with = numbers.join(" and ");
+                notes.push(format!(
+                    "{name} has no phase of its own and goes with phase {with}{as_what}"
+                ));
+            }
+            ways.insert(name, own);
+        }
+        Ok(())
+    }
+}
+
+/// Refuses phases that give crossing movements the right of way together.
+fn no_crossing(plan: &ExistingPlan, ways: &Ways) -> Result<(), String> {
+    let ahead =
+        |name: &String| ways.get(name).into_iter().flatten().filter(|m| m.turn != Turn::Right);
+    for pair in plan.pairs() {
+        let phases = pair.iter().map(|p| &plan.phases[*p]);
+        let all: Vec<_> =
+            phases.flat_map(|p| p.movements.iter().map(move |name| (p, name))).collect();
+        for (i, (a, one)) in all.iter().enumerate() {
+            let crosses = |(_, other): &&(_, &String)| {
+                ahead(one).any(|m| ahead(other).any(|o| m.conflicts_with(o)))
+            };
+            let Some((b, other)) = all[..i].iter().find(crosses) else { continue };
+            let numbers = match a.number == b.number {
+                true => format!("phase {} has", a.number),
+                false => format!(
+                    "phases {} and {} are green together (barrier {}) and have",
+                    b.number, a.number, a.barrier
+                ),
+            };
+            return Err(format!(
+                "{numbers} {other} and {one}, which cross; correct ring and barrier, or put a turn across opposing traffic \
+                 under yielding"
+            ));
         }
     }
     Ok(())
-}
-
-/// Returns whether two movements lead into lanes of one arm side by side, without crossing: the further clockwise from that arm
-/// vehicles come from, the further left they drive away.
-fn are_side_by_side(
-    a: &ArmMovement,
-    b: &ArmMovement,
-    spec: &IntersectionSpec,
-    layout: &LaneLayout,
-) -> bool {
-    let arms = spec.arms.len();
-    let around = |m: &ArmMovement| (m.from + arms - m.to) % arms;
-    let [right, left] = if around(a) < around(b) { [*a, *b] } else { [*b, *a] };
-    let lanes = |movement: ArmMovement| {
-        layout.connections.iter().filter(move |c| c.movement == movement).map(|c| c.to_lane)
-    };
-    a.to == b.to && lanes(right).max() < lanes(left).min()
-}
-
-/// Returns whether a movement is a left turn and another one comes from the opposite arm.
-fn turns_across(
-    own: &ArmMovement,
-    other: &ArmMovement,
-    spec: &IntersectionSpec,
-    all: &[ArmMovement],
-) -> bool {
-    let leads = |from: usize, to: usize| {
-        all.iter().any(|m| (m.from, m.to, m.turn) == (from, to, Turn::Through))
-    };
-    let bearing_deg = |arm: usize| spec.arms[arm].bearing_deg;
-    let apart_deg = turn_degrees(bearing_deg(own.from), bearing_deg(other.from)).abs();
-    let is_opposite = leads(own.from, other.from)
-        || leads(other.from, own.from)
-        || apart_deg >= LEAST_OPPOSITE_DEG;
-    own.turn == Turn::Left && is_opposite
-}
-
-fn word(turn: Turn) -> &'static str {
-    if turn == Turn::Through { "straight on" } else { turn.name() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::existing::Control;
     use crate::existing::testing::{phase, plan};
-    use crate::family::approaches::Counted;
     use crate::family::load::from_text;
 
     /// A scenario of one intersection whose arms have these bearings, with a left lane each.
@@ -687,22 +494,6 @@ mod tests {
     fn plans(plan: ExistingPlan) -> Plans {
         let named = NamedPlan { intersection: "7".into(), period: String::new(), plan, line: 2 };
         Plans { file: "e.csv".into(), all: vec![named], ..Plans::default() }
-    }
-
-    #[test]
-    fn people_who_cross_where_no_phase_has_a_walk_are_said() {
-        let mut intersection = scenario(&CROSS, "").intersections[0].clone();
-        let people = Counted { pedestrians_per_h: Some(30.0), ..Counted::default() };
-        intersection.arms[0].counted = Some(people);
-        let mut actuated = plan(Control::Actuated);
-        let said = people_without_walk(&actuated, &intersection).unwrap();
-        assert!(
-            said.starts_with("30 people an hour cross there, and the plan has no walk"),
-            "{said}"
-        );
-        assert_eq!(people_without_walk(&plan(Control::Pretimed), &intersection), None);
-        actuated.phases[1].walk_s = Some([7.0, 12.0]);
-        assert_eq!(people_without_walk(&actuated, &intersection), None);
     }
 
     fn tried(change: &dyn Fn(&mut ExistingPlan)) -> Placed {
@@ -791,29 +582,9 @@ mod tests {
         tee.phases[0].movements = vec!["NBT".into()];
         let placed = placed(&scenario(&[0.0, 180.0, 270.0], ""), &plans(tee)).unwrap();
         assert!(
-            placed.refused[0]
-                .1
-                .contains("phase 4 has EBT, but that approach only leads left and right"),
+            placed.refused[0].1.contains("phase 4 has EBT, but that approach has EBR EBL"),
             "{placed:?}"
         );
-    }
-
-    #[test]
-    fn movements_that_lead_into_lanes_side_by_side_are_said_and_not_refused() {
-        let tried = |first: &str| {
-            let phases = [first, "NBT NBR", "WBL", "SBL SBT SBR", "EBL EBT EBR"];
-            let phases = (1..).zip(phases).map(|(k, names)| phase(k, [1, 1, k], names));
-            let plan = ExistingPlan::new(Control::Actuated, phases.collect());
-            let placed = placed(&scenario(&CROSS, ""), &plans(plan)).unwrap();
-            let refused = placed.refused.into_iter().map(|(_, why)| why).collect::<String>();
-            (refused, placed.doubts.iter().map(Doubt::brief).collect::<String>())
-        };
-        // The left lane of the south leads to the left lane of the west, and the right lane of the east to the right one.
-        let (refused, said) = tried("WBT WBR NBL");
-        let expected = "phase 1 has WBT and NBL, which lead into lanes side by side";
-        assert!(refused.is_empty() && said.contains(expected), "{refused}{said}");
-        let (refused, _) = tried("WBT WBR NBL NBT");
-        assert!(refused.contains("phase 1 has WBT and NBT, which cross"), "{refused}");
     }
 
     #[test]
@@ -857,18 +628,6 @@ mod tests {
     }
 
     #[test]
-    fn where_results_take_another_exit_for_straight_on_the_order_of_the_links_counts() {
-        let phases =
-            ["EBL EBT EBR EBR2", "SBL SBT SBR", "WBL WBT WBR", "NWL NWT NWR", "NEL NET NER"];
-        // From the west (arm 4) arms 1 and 2 lie 36 degrees to the left and to the right: the network takes the right one for
-        // straight on, and SUMO the left one.
-        let ways = placed_ways(&[0.0, 72.0, 144.0, 216.0, 288.0], &phases);
-        let of = ["EBR", "EBR2", "EBT", "EBL"].map(|name| ways[name].join(" "));
-        assert_eq!(of, ["out3", "out2", "out1", "out0"]);
-        assert_eq!(ways["WBT"], ["out4"], "with one name per turn the network's turns count");
-    }
-
-    #[test]
     fn three_exits_on_one_side_have_three_names() {
         let bearings_deg = [0.0, 180.0, 225.0, 270.0, 315.0];
         let others = ["SBT SBR", "NEL NER", "EBL EBR", "SEL SER"];
@@ -881,26 +640,6 @@ mod tests {
         assert_eq!(of("NBT NBL NBL2"), [to("out4"), to("out3 out2"), None]);
         assert_eq!(of("NBT NBL NBL3"), [to("out4 out3"), None, to("out2")]);
         assert_eq!(of("NBT NBL2"), [None, to("out4 out3 out2"), None]);
-    }
-
-    #[test]
-    fn in_a_y_a_left_turn_yields_to_the_approach_that_comes_closest_to_opposite() {
-        let tried = |bearings_deg: &[f64], phases: &[&str]| {
-            let phases = (1..).zip(phases).map(|(k, names)| phase(2 * k, [k, 1, 1], names));
-            let plan = ExistingPlan::new(Control::Actuated, phases.collect());
-            let placed = placed(&scenario(bearings_deg, ""), &plans(plan)).unwrap();
-            let refused = placed.refused.into_iter().map(|(_, why)| why).collect::<String>();
-            (refused, placed.doubts.iter().map(Doubt::brief).collect::<String>())
-        };
-        let wye = [0.0, 120.0, 240.0];
-        let nothing = (String::new(), String::new());
-        assert_eq!(tried(&wye, &["NEL NER SBR sbl", "NWL NWR"]), nothing);
-        let (e, _) = tried(&wye, &["NEL NER SBR SBL", "NWL NWR"]);
-        assert!(e.contains("phase 2 has NEL and SBL, which cross"), "{e}");
-        // Streets that cross at an angle of 62 degrees.
-        let phases = ["NBT NBR swl", "NBL", "SBL SBT SBR", "NEL NET NER", "SWT SWR"];
-        let (e, said) = tried(&[0.0, 62.0, 180.0, 242.0], &phases);
-        assert!(said.contains("phase 2 has NBT and SWL, which cross, and SWL yields"), "{e}{said}");
     }
 
     #[test]
@@ -966,13 +705,6 @@ mod tests {
         assert!(placed.refused[0].1.contains("an approach has no phase"), "{placed:?}");
     }
 
-    #[test]
-    fn a_plan_may_be_called_by_the_id_of_its_point_mdp() {
-        let mut given = plans(plan(Control::Pretimed));
-        given.all[0].intersection = "i0007".into();
-        assert_eq!(placed(&scenario(&CROSS, ""), &given).unwrap().of_point.len(), 1);
-    }
-
     /// An additional file with a program for the crossing, whose 12 links are right, through and left of each arm from
     /// north on, once per lane.
     fn program(states: [&str; 2]) -> Plans {
@@ -1009,17 +741,6 @@ mod tests {
         );
         assert_eq!(plan.ways["NBT"], [("in2".to_owned(), "out0".to_owned())]);
         assert_eq!(placed.given[0].intersection, "7");
-    }
-
-    #[test]
-    fn parameters_of_a_program_that_are_not_read_are_told() {
-        let mut given = program(["GGgrrrGGgrrr", "rrrGGgrrrGGg"]);
-        given.programs[0].unread = vec!["jam-threshold".to_owned()];
-        let placed = placed(&scenario(&CROSS, ""), &given).unwrap();
-        let told: Vec<String> = placed.doubts.iter().map(Doubt::brief).collect();
-        let expected =
-            "parameters of programs that have no effect here (signal 7: jam-threshold)".to_owned();
-        assert!(told.contains(&expected), "{told:?}");
     }
 
     #[test]

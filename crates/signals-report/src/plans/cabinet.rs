@@ -59,7 +59,7 @@ pub(crate) fn table(seen: Seen<'_>) -> String {
         let of = |told: &Told| told.plan.phases.iter().map(|p| row(told, p)).collect::<Vec<_>>();
         all.iter().flat_map(of).collect::<Vec<_>>()
     });
-    let header = WHOSE.into_iter().chain(WRITTEN).map(str::to_owned).collect();
+    let header = WHOSE.into_iter().chain(WRITTEN.iter().copied()).map(str::to_owned).collect();
     csv::table(&titled.header(header), rows)
 }
 

@@ -12,7 +12,6 @@ use std::path::Path;
 use minijinja::{Value, context};
 
 use super::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow, unserved_people};
-use super::left_turns::{no_longer_protected, unprotected};
 use super::told::{Told, best_of_all_signals};
 use crate::shown::Seen;
 use basics::files::{FileError, write_atomically};
@@ -185,10 +184,8 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             signal => (!told.is_alone).then_some(told.signal.as_str()),
             is_stages => told.is_stages,
             is_coordinated => told.plan.control == Control::Coordinated,
-            unprotected => unprotected(seen, point, &told.plan).join(", "),
             hides_walk => hides_walk(&told.plan),
             unserved_people => unserved_people(&told.plan).join(", "),
-            no_longer_protected => no_longer_protected(seen, point, &told.plan).join(", "),
             is_today => identity.methods[told.method] == signals::control::existing::METHOD.name,
             is_given => !told.plan.ways.is_empty(),
             rings => rings(&told.plan),

@@ -1,7 +1,7 @@
 //! Plans that signals have today: phases in two rings, with the times that stand in the cabinet.
 //!
 //! [`table`] reads and writes them as CSV, [`program_file`] reads those of SUMO, [`utdf`](crate::utdf) those of Synchro, [`placed`](crate::placed) gives
-//! their movements to the arms of an intersection, and the environment shows them (`env::dual_ring`, `env::fixed_rings`).
+//! their movements to the arms of an intersection, and the environment shows them (`env::dual_ring`).
 //!
 //! Choices:
 //! - **The plan's own times hold**: greens, yellow, all-red, walk and clearance are those of the cabinet, not the limits of
@@ -35,49 +35,14 @@ const RINGS: u32 = 2;
 /// Shortest green that can be shown: a step of the simulation, seconds.
 const STEP_S: f64 = 1.0;
 
-/// Most reference phases: one per ring.
-const MOST_REFERENCES: usize = 2;
-
 /// How far cycle and splits may differ, seconds: tables have one digit after the point.
 const CYCLE_SLACK_S: f64 = 0.55;
 
 /// Highest number of a phase, a barrier or a position.
-pub(crate) const MOST_NUMBER: u32 = 99;
+const MOST_NUMBER: u32 = 99;
 
-/// Most phases.
-const MOST_PHASES: usize = 64;
-
-/// Green, seconds.
-const GREEN_S: RangeInclusive<f64> = 0.1..=900.0;
-
-/// Shortest green, seconds.
-const MIN_GREEN_S: RangeInclusive<f64> = 0.0..=600.0;
-
-/// Passage time, seconds.
-const PASSAGE_S: RangeInclusive<f64> = 0.0..=60.0;
-
-/// Yellow, seconds; below [`SHORTEST_YELLOW_S`] only where nothing ends.
-const YELLOW_S: RangeInclusive<f64> = 0.0..=10.0;
-
-/// Shortest yellow of a phase of which something ends, seconds.
-const SHORTEST_YELLOW_S: f64 = 1.0;
-
-/// All-red, seconds.
-const ALL_RED_S: RangeInclusive<f64> = 0.0..=20.0;
-
-/// Walk, and pedestrian clearance, seconds.
-const PEOPLE_S: RangeInclusive<f64> = 0.0..=240.0;
-
-/// Shortest walk that is not doubted, seconds.
-///
-/// Source: MUTCD (2009), section 4E.06.
-const SHORT_WALK_S: f64 = 4.0;
-
-/// Cycle, seconds.
-const CYCLE_S: RangeInclusive<f64> = 2.0..=3600.0;
-
-/// Offset, seconds.
-const OFFSET_S: RangeInclusive<f64> = -3600.0..=3600.0;
+/// Shortest yellow of a phase of which something ends, and the longest, seconds.
+const YELLOW_S: [f64; 2] = [1.0, 10.0];
 
 /// How a signal goes on from phase to phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -97,11 +62,7 @@ impl Control {
 
     /// Returns the name in tables.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Pretimed => "pretimed",
-            Self::Actuated => "actuated",
-            Self::Coordinated => "coordinated",
-        }
+        ["pretimed", "actuated", "coordinated"][self as usize]
     }
 }
 
@@ -126,12 +87,7 @@ impl Recall {
 
     /// Returns the name in tables.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Min => "min",
-            Self::Ped => "ped",
-            Self::Max => "max",
-        }
+        ["none", "min", "ped", "max"][self as usize]
     }
 }
 
@@ -177,29 +133,6 @@ impl PlanPhase {
     /// Returns its split, seconds.
     pub fn split_s(&self) -> f64 {
         self.max_green_s + self.yellow_s + self.all_red_s
-    }
-
-    /// Checks that its times are times of a signal.
-    fn check_times(&self) -> Result<(), String> {
-        let [walk_s, clearance_s] = self.walk_s.unwrap_or_default();
-        let times = [
-            ("green", self.max_green_s, GREEN_S),
-            ("shortest green", self.min_green_s, MIN_GREEN_S),
-            ("passage time", self.passage_s, PASSAGE_S),
-            ("yellow", self.yellow_s, YELLOW_S),
-            ("all-red", self.all_red_s, ALL_RED_S),
-            ("walk", walk_s, PEOPLE_S),
-            ("pedestrian clearance", clearance_s, PEOPLE_S),
-        ];
-        match times.iter().find(|(_, value, range)| !range.contains(value)) {
-            None => Ok(()),
-            Some((what, value, range)) => Err(format!(
-                "phase {} has a {what} of {value} s; expected {} to {} s",
-                self.number,
-                range.start(),
-                range.end()
-            )),
-        }
     }
 
     /// Returns all its movements.
@@ -324,74 +257,54 @@ impl ExistingPlan {
     ///
     /// What is wrong, with the phase and the way out.
     pub fn check(&self) -> Result<Vec<String>, String> {
-        let mut places = BTreeMap::new();
-        let mut numbers = BTreeSet::new();
         if self.phases.iter().all(|p| p.all_movements().next().is_none()) {
             return Err("no phase has a movement; give movements such as NBT NBR".to_owned());
         }
-        if self.phases.len() > MOST_PHASES {
-            return Err(format!(
-                "{} phases; at most {MOST_PHASES} can be shown",
-                self.phases.len()
-            ));
-        }
-        for (what, value, range) in [
-            ("the cycle", self.cycle_s.unwrap_or(*CYCLE_S.start()), CYCLE_S),
-            ("the offset", self.offset_s.unwrap_or_default(), OFFSET_S),
-        ] {
-            if !range.contains(&value) {
-                let (low, high) = (range.start(), range.end());
-                return Err(format!("{what} is {value} s; expected {low} to {high} s"));
-            }
-        }
+        within("the cycle is", self.cycle_s.unwrap_or(2.0), 2.0..=3600.0)?;
+        within("the offset is", self.offset_s.unwrap_or_default(), -3600.0..=3600.0)?;
+        let (mut numbers, mut places) = (BTreeSet::new(), BTreeMap::new());
         for phase in &self.phases {
-            let number = phase.number;
-            phase.check_times()?;
+            let PlanPhase { number, ring, barrier, position, .. } = *phase;
+            let [walk_s, clearance_s] = phase.walk_s.unwrap_or_default();
+            for (what, value, range) in [
+                ("yellow", phase.yellow_s, 0.0..=YELLOW_S[1]),
+                ("green", phase.max_green_s, 0.1..=900.0),
+                ("shortest green", phase.min_green_s, 0.0..=600.0),
+                ("passage time", phase.passage_s, 0.0..=60.0),
+                ("all-red", phase.all_red_s, 0.0..=20.0),
+                ("walk", walk_s, 0.0..=240.0),
+                ("pedestrian clearance", clearance_s, 0.0..=240.0),
+            ] {
+                within(&format!("phase {number} has a {what} of"), value, range)?;
+            }
             if !numbers.insert(number) {
                 return Err(format!("phase {number} stands twice; give each phase one number"));
             }
-            if [number, phase.barrier, phase.position]
-                .iter()
-                .any(|n| !(1..=MOST_NUMBER).contains(n))
-            {
+            if [number, barrier, position].iter().any(|n| !(1..=MOST_NUMBER).contains(n)) {
                 return Err(format!(
-                    "phase {number} has barrier {} and position {}; expected numbers from 1 to {MOST_NUMBER}",
-                    phase.barrier, phase.position
+                    "phase {number} has barrier {barrier} and position {position}; expected numbers from 1 to {MOST_NUMBER}"
                 ));
             }
-            if !(1..=RINGS).contains(&phase.ring) {
+            if !(1..=RINGS).contains(&ring) {
                 return Err(format!(
-                    "phase {number} is in ring {}; plans of one or two rings can be shown",
-                    phase.ring
+                    "phase {number} is in ring {ring}; plans of one or two rings can be shown"
                 ));
             }
-            let place = (phase.barrier, phase.ring, phase.position);
-            if let Some(other) = places.insert(place, number) {
+            if let Some(other) = places.insert((barrier, ring, position), number) {
                 return Err(format!(
                     "phases {other} and {number} have the same barrier, ring and position; give each its own"
                 ));
             }
-            let green_s = phase.max_green_s;
-            if phase.min_green_s > green_s && self.control != Control::Pretimed {
+            if phase.min_green_s > phase.max_green_s && self.control != Control::Pretimed {
                 return Err(format!(
-                    "phase {number}: the shortest green of {} s is longer than the longest of {green_s} s; correct one of \
-                     the two (the longest green is the split without yellow and all-red)",
-                    phase.min_green_s
-                ));
-            }
-        }
-        for number in &self.reference {
-            if !numbers.contains(number) {
-                let known: Vec<String> = numbers.iter().map(u32::to_string).collect();
-                return Err(format!(
-                    "reference phase {number} is none of the phases ({}); correct the reference",
-                    known.join(", ")
+                    "phase {number}: the shortest green of {} s is longer than the longest of {} s; correct one of the two \
+                     (the longest green is the split without yellow and all-red)",
+                    phase.min_green_s, phase.max_green_s
                 ));
             }
         }
         self.check_changes()?;
-        self.check_reference()?;
-        self.check_cycle()?;
+        self.check_cycle(&numbers)?;
         let (timed, _) = schedule(self);
         for (phase, timed) in self.phases.iter().zip(&timed) {
             let is_short = match self.control {
@@ -411,25 +324,21 @@ impl ExistingPlan {
     /// Checks that a phase without a yellow ends nothing: all its movements go on in the phase after it.
     fn check_changes(&self) -> Result<(), String> {
         let sides = self.sides();
-        let repeats = sides.len() == 1;
         for ring in sides.iter().flatten() {
             for (place, phase) in ring.iter().map(|i| &self.phases[*i]).enumerate() {
-                let first = ring.first().filter(|_| repeats);
-                let next = ring.get(place + 1).or(first).map(|i| &self.phases[*i]);
-                let comes = |next: &PlanPhase| {
-                    self.control == Control::Pretimed || next.recall != Recall::None
-                };
-                let goes_on = next.is_some_and(|next| {
+                let first = ring.first().filter(|_| sides.len() == 1);
+                let goes_on = ring.get(place + 1).or(first).is_some_and(|next| {
+                    let next = &self.phases[*next];
+                    let comes = self.control == Control::Pretimed || next.recall != Recall::None;
                     let has = |name: &String| next.all_movements().any(|other| other == name);
-                    comes(next) && phase.all_movements().all(has)
+                    comes && phase.all_movements().all(has)
                 });
-                if phase.yellow_s < SHORTEST_YELLOW_S && !goes_on {
+                let [least, most] = YELLOW_S;
+                if phase.yellow_s < least && !goes_on {
                     return Err(format!(
-                        "phase {} has a yellow of {} s; expected {SHORTEST_YELLOW_S} to {} s, or less where all its movements \
-                         go on in the next phase of its ring and that phase comes in every cycle",
-                        phase.number,
-                        phase.yellow_s,
-                        YELLOW_S.end()
+                        "phase {} has a yellow of {} s; expected {least} to {most} s, or less where all its movements go on in \
+                         the next phase of its ring and that phase comes in every cycle",
+                        phase.number, phase.yellow_s
                     ));
                 }
             }
@@ -437,42 +346,39 @@ impl ExistingPlan {
         Ok(())
     }
 
-    /// Checks that the reference phases can hold the green: one per ring.
-    fn check_reference(&self) -> Result<(), String> {
-        if self.reference.len() > MOST_REFERENCES {
-            let numbers: Vec<String> = self.reference.iter().map(u32::to_string).collect();
+    /// Checks that the reference phases can hold the green, one per ring, and that the splits make the cycle.
+    fn check_cycle(&self, numbers: &BTreeSet<u32>) -> Result<(), String> {
+        let is_coordinated = self.control == Control::Coordinated;
+        let held = self.coordinated();
+        let is_pair = held.len() < 2 || self.phases[held[0]].ring != self.phases[held[1]].ring;
+        let listed = |numbers: &mut dyn Iterator<Item = &u32>| {
+            numbers.map(u32::to_string).collect::<Vec<_>>().join(" and ")
+        };
+        let reference = listed(&mut self.reference.iter());
+        if let Some(unknown) = self.reference.iter().find(|number| !numbers.contains(number)) {
+            let known = listed(&mut numbers.iter());
             return Err(format!(
-                "a plan has at most two reference phases, one per ring; give two of {}",
-                numbers.join(", ")
+                "reference phase {unknown} is none of the phases ({known}); correct the reference"
             ));
         }
-        if self.control != Control::Coordinated {
-            return Ok(());
+        if self.reference.len() > 2 || is_coordinated && !is_pair {
+            return Err(format!("reference phases {reference} are in one ring; give one per ring"));
         }
-        match self.coordinated()[..] {
-            [] => Err(
+        if is_coordinated && held.is_empty() {
+            return Err(
                 "control is coordinated, but no reference phase says which phases hold the green; give them, such as 2 6"
                     .to_owned(),
-            ),
-            [a, b] if self.phases[a].ring == self.phases[b].ring => Err(format!(
-                "reference phases {} and {} are in one ring; give one per ring",
-                self.phases[a].number, self.phases[b].number
-            )),
-            _ => Ok(()),
+            );
         }
-    }
-
-    /// Checks that the splits make the cycle.
-    fn check_cycle(&self) -> Result<(), String> {
         let sum_s = self.sum_s();
         match self.cycle_s {
             _ if self.control == Control::Actuated => Ok(()),
             Some(cycle_s) if (cycle_s - sum_s).abs() > CYCLE_SLACK_S => Err(format!(
                 "the cycle is {cycle_s} s, but the splits (longest green, yellow and all-red) of the longer ring of every \
                  side are {} s together; correct the cycle or a green",
-                tenth(sum_s)
+                (sum_s * 10.0).round() / 10.0
             )),
-            None if self.control == Control::Coordinated => {
+            None if is_coordinated => {
                 Err("control is coordinated without a cycle; give cycle_s".to_owned())
             }
             _ => Ok(()),
@@ -482,60 +388,28 @@ impl ExistingPlan {
     /// Returns what of the plan is not as it looks.
     fn notes(&self, timed: &[Timed]) -> Vec<String> {
         let mut notes = Vec::new();
-        for phase in &self.phases {
-            let number = phase.number;
-            if phase.all_movements().next().is_none() {
-                notes.push(match (phase.walk_s, self.control) {
-                    (None, _) => format!("phase {number} has no movement, and is green for nobody"),
-                    (Some(_), Control::Pretimed) => format!(
-                        "phase {number} is for pedestrians alone: a fixed cycle keeps its time, but nobody walks in it, so \
-                         do not compare pedestrian_wait_s"
-                    ),
-                    (Some(_), _) => format!(
-                        "phase {number} is for pedestrians alone, and serves the crosswalks beside which no other phase \
-                         has a walk"
-                    ),
-                });
-            }
-            if let Some([walk_s, _]) = phase.walk_s.filter(|[walk_s, _]| *walk_s < SHORT_WALK_S) {
-                notes.push(format!(
-                    "phase {number} has a walk of {} s; the MUTCD asks for 7 s, and for {SHORT_WALK_S} s at least",
-                    tenth(walk_s)
-                ));
-            }
-        }
-        let offset = self.offset_s.zip(self.cycle_s);
-        if let Some((offset_s, cycle_s)) = offset.filter(|(offset, cycle)| offset.abs() >= *cycle) {
-            notes.push(format!(
-                "the offset of {} s is no part of the cycle of {} s; it counts as {} s",
-                tenth(offset_s),
-                tenth(cycle_s),
-                tenth(offset_s.rem_euclid(cycle_s))
-            ));
-        }
-        if self.control == Control::Actuated {
-            notes.extend(self.cycle_s.map(|cycle_s| {
-                format!(
-                    "the cycle of {} s has no effect, because control is actuated",
-                    tenth(cycle_s)
-                )
-            }));
-            return notes;
-        }
         for (phase, timed) in self.phases.iter().zip(timed) {
             let number = phase.number;
-            if f64::from(timed.green_s) - phase.max_green_s > 1.5 {
+            if phase.is_for_people() {
+                notes.push(match self.control {
+                    Control::Pretimed => format!(
+                        "phase {number} is for pedestrians alone: a fixed cycle keeps its time, but nobody walks in it, so do \
+                         not compare pedestrian_wait_s"
+                    ),
+                    _ => format!(
+                        "phase {number} is for pedestrians alone, and serves the crosswalks beside which no other phase has a \
+                         walk"
+                    ),
+                });
+            } else if phase.all_movements().next().is_none() {
+                notes.push(format!("phase {number} has no movement, and is green for nobody"));
+            }
+            if self.control != Control::Actuated
+                && f64::from(timed.green_s) - phase.max_green_s > 1.5
+            {
                 notes.push(format!(
                     "phase {number} lasts {} s instead of {} s, until its ring meets the other one at the barrier",
                     timed.green_s, phase.max_green_s
-                ));
-            }
-            let served = phase.walk_s.map(|[walk_s, clearance_s]| walk_s + clearance_s);
-            if let Some(needed_s) = served.filter(|s| *s > phase.split_s()) {
-                notes.push(format!(
-                    "the split of phase {number} ({} s) is shorter than walk and clearance ({} s)",
-                    tenth(phase.split_s()),
-                    tenth(needed_s)
                 ));
             }
         }
@@ -549,9 +423,12 @@ impl ExistingPlan {
     }
 }
 
-/// Returns a time as messages say it.
-fn tenth(seconds: f64) -> f64 {
-    (seconds * 10.0).round() / 10.0
+/// Checks that a number of seconds is within its limits.
+fn within(what: &str, value: f64, range: RangeInclusive<f64>) -> Result<(), String> {
+    if range.contains(&value) {
+        return Ok(());
+    }
+    Err(format!("{what} {value} s; expected {} to {} s", range.start(), range.end()))
 }
 
 /// Plans written by hand, for tests.
@@ -658,7 +535,7 @@ mod tests {
             (&|p| p.phases[1].min_green_s = 30.0, "phase 2: the shortest green of 30 s is longer"),
             (
                 &|p| p.reference = vec![3],
-                "reference phase 3 is none of the phases (1, 2, 4, 5, 6, 8)",
+                "reference phase 3 is none of the phases (1 and 2 and 4 and 5",
             ),
             (&|p| p.reference.clear(), "no reference phase says which phases hold the green"),
             (
@@ -707,12 +584,7 @@ mod tests {
         assert!(e.contains("phase 2 has a green of 0.4 s, and steps are of 1 s"), "{e}");
         let mut plan = plan(Control::Pretimed);
         plan.phases[4].max_green_s = 15.0;
-        plan.phases[1].walk_s = Some([7.0, 20.0]);
         let notes = plan.check().unwrap();
-        assert!(
-            notes[0].contains("the split of phase 2 (24.5 s) is shorter than walk"),
-            "{notes:?}"
-        );
-        assert!(notes[1].contains("phase 6 lasts 19 s instead of 15 s"), "{notes:?}");
+        assert!(notes[0].contains("phase 6 lasts 19 s instead of 15 s"), "{notes:?}");
     }
 }

@@ -166,35 +166,6 @@ pub fn greens(program: &SignalProgram) -> Vec<Green> {
     greens
 }
 
-/// Returns the stages of a program after which the lights do not change as those of phases do: what ends is yellow and then
-/// red, all at once, what goes on stays green, and what begins waits.
-pub fn unusual(program: &SignalProgram) -> Vec<usize> {
-    let phases = &program.phases;
-    let greens = starts(program);
-    let light = |phase: usize, link: usize| phases[phase].state.as_bytes()[link];
-    let is_green = |phase: usize, link: usize| matches!(light(phase, link), b'G' | b'g');
-    let usual = |k: usize| {
-        let (from, to) = (greens[k], greens[(k + 1) % greens.len()]);
-        let mut change = Vec::new();
-        let mut phase = (from + 1) % phases.len();
-        while phase != to {
-            change.push(phase);
-            phase = (phase + 1) % phases.len();
-        }
-        (0..phases[from].state.len()).all(|link| match (is_green(from, link), is_green(to, link)) {
-            (true, true) => change.iter().all(|p| is_green(*p, link)),
-            (true, false) => {
-                let is_yellow = |p: &usize| matches!(light(*p, link), b'y' | b'Y');
-                let ends = change.iter().take_while(|p| is_yellow(p)).count();
-                let yellow = change.iter().filter(|p| phases[**p].state.contains(['y', 'Y', 'u']));
-                ends == yellow.count() && !change[ends..].iter().any(|p| is_green(*p, link))
-            }
-            (false, _) => change.iter().all(|p| !is_green(*p, link)),
-        })
-    };
-    (0..greens.len()).filter(|k| greens.len() > 1 && !usual(*k)).map(|k| k + 1).collect()
-}
-
 /// Returns the indices of the phases that are greens.
 fn starts(program: &SignalProgram) -> Vec<usize> {
     let timing = Timing::new(&SignalSettings::default(), Vec::new(), Vec::new());
@@ -252,14 +223,6 @@ mod tests {
     }
 
     #[test]
-    fn a_link_of_several_movements_shows_all_of_them() {
-        let names = BTreeMap::from([(0, "NBL NBT".to_owned()), (1, "EBT".to_owned())]);
-        let plan = of_program(&program(&[("gG", 20.0), ("yy", 4.0)]), &names).unwrap();
-        assert_eq!(plan.phases[0].movements, ["EBT"]);
-        assert_eq!(plan.phases[0].yielding, ["NBL", "NBT"]);
-    }
-
-    #[test]
     fn an_actuated_program_has_its_shortest_and_longest_green_and_its_gap() {
         let mut program = program(&[("Gr", 28.0), ("yr", 3.0), ("rG", 20.0), ("ry", 3.0)]);
         program.kind = ProgramKind::Actuated;
@@ -276,14 +239,5 @@ mod tests {
         // A fixed cycle lasts its durations, whatever bounds stand beside them.
         program.kind = ProgramKind::Static;
         assert_eq!(told(&program), [[28.0, 28.0, 0.0], [20.0, 20.0, 0.0]]);
-    }
-
-    #[test]
-    fn a_change_in_which_lights_do_not_end_together_is_unusual() {
-        let usual = [("GGr", 20.0), ("Gyr", 3.0), ("Grr", 1.0), ("GrG", 9.0), ("Gry", 3.0)];
-        assert_eq!(unusual(&program(&usual)), Vec::<usize>::new());
-        let one_by_one =
-            [("GGr", 20.0), ("Gyr", 3.0), ("yrr", 3.0), ("rrr", 1.0), ("rrG", 9.0), ("rry", 3.0)];
-        assert_eq!(unusual(&program(&one_by_one)), [1]);
     }
 }

@@ -1,54 +1,32 @@
-//! Existing plans as a table: one row per phase.
+//! Existing plans as a table: one row per phase. The same table is read, written, and `cabinet.csv` of a report, which has the
+//! columns `method` and `replicate` too.
 //!
-//! Columns that a table needs: `intersection`, `control` (`pretimed`, `actuated`, `coordinated`), `phase`, `ring`,
-//! `barrier`, `position`, `movements`, `max_green_s` or `split_s`, `yellow_s`, `all_red_s`. Others may be missing; see
-//! [`OPTIONAL`]. What is one value per intersection may stand in any of its rows.
-//!
-//! The sheet for the cabinet that a report writes (`cabinet.csv`) is such a table, with the columns `method` and `replicate`.
+//! A table needs the columns of [`NEEDED`], and `max_green_s` or `split_s`; where both are given they have to agree. What is one
+//! value per intersection may stand in any of its rows.
 
 use std::collections::BTreeMap;
-use std::ops::RangeInclusive;
 
 use sheet::{Fault, Row, Sheet};
 
-use super::{
-    ALL_RED_S, CYCLE_S, Control, ExistingPlan, GREEN_S, MIN_GREEN_S, MOST_NUMBER, NamedPlan,
-    OFFSET_S, PASSAGE_S, PEOPLE_S, PlanPhase, Plans, Recall, YELLOW_S,
-};
+use super::{Control, ExistingPlan, NamedPlan, PlanPhase, Plans, Recall};
 use crate::vocabulary::Heading;
 use basics::files::lines;
-use basics::suggest::did_you_mean;
 use evaluation::family::columns::{Columns, at};
 use evaluation::family::error::FamilyError;
 use evaluation::family::names::title;
-use evaluation::settings::within;
 use osm_signals::{DrivingSide, Turn};
 
 /// Columns that a table needs.
-pub const COLUMNS: [&str; 9] = [
+pub const NEEDED: [&str; 9] = [
     "intersection", "control", "phase", "ring", "barrier", "position", "movements", "yellow_s",
     "all_red_s",
-];
-
-/// Columns that may be missing; one of `max_green_s` and `split_s` is needed, and where both are given they have to agree.
-pub const OPTIONAL: [&str; 15] = [
-    "period", "yielding", "min_green_s", "max_green_s", "split_s", "passage_s", "walk_s",
-    "clearance_s", "recall", "dual_entry", "inhibit_max", "cycle_s", "offset_s", "reference",
-    "referenced_to",
-];
-
-/// Columns of a phase and of its plan, in the order in which they are written; before them stands what plan it is.
-pub const WRITTEN: [&str; 22] = [
-    "control", "cycle_s", "offset_s", "reference", "referenced_to", "phase", "ring", "barrier",
-    "position", "movements", "yielding", "min_green_s", "max_green_s", "split_s", "passage_s",
-    "yellow_s", "all_red_s", "walk_s", "clearance_s", "recall", "dual_entry", "inhibit_max",
 ];
 
 /// Columns that say of which plan a report's table is: all rows of a table that is read have to be of one.
 const WHOSE: [&str; 2] = ["method", "replicate"];
 
-/// Columns of a report's table that are passed over.
-const PASSED_OVER: [&str; 3] = ["title", "signal", "kind"];
+/// Other columns that a table may have; the last three are passed over.
+const OTHERS: [&str; 5] = ["intersection", "period", "title", "signal", "kind"];
 
 /// How far `split_s` may be from green, yellow and all-red, seconds: a digit after the point.
 const SPLIT_SLACK_S: f64 = 0.051;
@@ -59,307 +37,163 @@ const SHORT_GREEN_S: f64 = 5.0;
 /// Passage time where a table says none, seconds.
 const EXTENSION_S: f64 = 3.0;
 
-/// Split, seconds.
-const SPLIT_S: RangeInclusive<f64> = 0.1..=930.0;
+/// What a cell holds.
+trait Value: Sized {
+    /// What a message says is expected.
+    const EXPECTED: &'static str;
 
-/// What is one value per intersection.
-#[derive(Default, Clone, PartialEq)]
-struct Whole {
-    control: Option<Control>,
-    cycle_s: Option<f64>,
-    offset_s: Option<f64>,
-    reference: Option<Vec<u32>>,
-    referenced_to: Option<u32>,
+    fn read(text: &str) -> Option<Self>;
+
+    /// Reads a cell of a table, whose numbers may have decimal commas.
+    fn of_cell(row: &Row, at: usize) -> Option<Self> {
+        Self::read(row.text(at))
+    }
+
+    fn write(&self) -> String;
 }
 
-/// Reads a table of existing plans.
-///
-/// # Errors
-///
-/// [`FamilyError::Csv`] with file and line: a column that is missing or unknown, a value out of range, a plan that cannot
-/// be shown.
-pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
-    let fail = |fault| at(file, fault);
-    let mut sheet = Sheet::of(text).map_err(fail)?;
-    let no_phase = |line| {
-        let message = "no phase; a table of plans has a header, and a row per phase below it";
-        fail(Fault::new(line, message.to_owned()))
+/// The columns of a phase and of its plan, in the order in which they are written.
+macro_rules! columns {
+    ($($name:ident: $kind:ty,)*) => {
+        /// Columns of a phase and of its plan; before them stands what plan it is.
+        pub const WRITTEN: &[&str] = &[$(stringify!($name)),*];
+
+        #[derive(Default)]
+        struct Cells {
+            $($name: Option<$kind>,)*
+        }
+
+        impl Cells {
+            fn read(row: &Row, columns: &Columns) -> Result<Self, String> {
+                Ok(Self { $($name: cell(row, columns, stringify!($name))?,)* })
+            }
+
+            fn write(&self) -> Vec<String> {
+                vec![$(self.$name.as_ref().map(Value::write).unwrap_or_default()),*]
+            }
+        }
     };
-    if sheet.headers().iter().all(str::is_empty) {
-        return Err(no_phase(1));
-    }
-    let header_line = sheet.header_line();
-    let known = [&COLUMNS[..], &OPTIONAL, &WHOSE, &PASSED_OVER].concat();
-    if let Some(message) = other_table(sheet.headers().iter(), &known) {
-        return Err(fail(Fault::new(header_line, message)));
-    }
-    let columns = Columns::find(sheet.headers(), &COLUMNS)
-        .and_then(|columns| columns.only(&known).map(|()| columns))
-        .and_then(|columns| match (columns.get("max_green_s"), columns.get("split_s")) {
-            (None, None) => Err("no column max_green_s; add it, or split_s".to_owned()),
-            _ => Ok(columns),
-        })
-        .map_err(|message| fail(Fault::new(header_line, message)))?;
-    let mut plans: Vec<(NamedPlan, Whole)> = Vec::new();
-    let mut position: BTreeMap<(String, String), usize> = BTreeMap::new();
-    let mut whose: Option<[String; 2]> = None;
-    while let Some(row) = sheet.next_row().map_err(fail)? {
-        let line = row.line;
-        let wrong = |message| fail(Fault { line, message });
-        let fields = Fields { row: &row, columns: &columns };
-        let own = WHOSE.map(|name| fields.text(name).to_owned());
-        let first = whose.get_or_insert_with(|| own.clone());
-        if *first != own {
-            return Err(wrong(several(first, &own)));
-        }
-        let id = title("intersection", fields.text("intersection")).map_err(wrong)?;
-        let period = match fields.text("period") {
-            "" => String::new(),
-            period => title("period", period).map_err(wrong)?,
-        };
-        let index = *position.entry((id.clone(), period.clone())).or_insert_with(|| {
-            let plan = ExistingPlan::new(Control::Pretimed, Vec::new());
-            plans.push((NamedPlan { intersection: id, period, plan, line }, Whole::default()));
-            plans.len() - 1
-        });
-        let (named, whole) = &mut plans[index];
-        fields.whole(whole).map_err(wrong)?;
-        named.plan.phases.push(fields.phase().map_err(wrong)?);
-    }
-    if plans.is_empty() {
-        return Err(no_phase(header_line));
-    }
-    let mut all = Vec::new();
-    for (mut named, whole) in plans {
-        let wrong = |message: String| {
-            let message = format!("intersection {}: {message}", named.intersection);
-            fail(Fault { line: named.line, message })
-        };
-        let Some(control) = whole.control else {
-            return Err(wrong(format!("control is empty; give {}", controls())));
-        };
-        named.plan.control = control;
-        named.plan.cycle_s = whole.cycle_s;
-        // Without one, the plan begins with the simulation.
-        named.plan.offset_s = Some(whole.offset_s.unwrap_or_default());
-        named.plan.reference = whole.reference.unwrap_or_default();
-        named.plan.referenced_to = whole.referenced_to.unwrap_or_default();
-        named.plan.check().map_err(wrong)?;
-        all.push(named);
-    }
-    Ok(Plans { file: file.to_owned(), all, ..Plans::default() })
 }
 
-/// Says what a table is whose header is none of a table of plans; `None` where it may be one.
-fn other_table<'a>(names: impl Iterator<Item = &'a str>, known: &[&str]) -> Option<String> {
-    let names: Vec<String> = names.map(str::to_lowercase).collect();
-    let has = |name: &str| names.iter().any(|n| n == name);
-    if has("bearing_deg") || has("lanes_in") {
-        return Some("a table of approaches, no plans; give it as the scenario".to_owned());
-    }
-    (!known.iter().any(|name| has(name))).then(|| {
-        format!(
-            "none of its columns belongs to a table of plans; begin with a header of names: {}, and max_green_s or split_s",
-            COLUMNS.join(", ")
-        )
-    })
+columns! {
+    control: Control,
+    cycle_s: f64,
+    offset_s: f64,
+    reference: Vec<u32>,
+    referenced_to: u32,
+    phase: u32,
+    ring: u32,
+    barrier: u32,
+    position: u32,
+    movements: Vec<String>,
+    yielding: Vec<String>,
+    min_green_s: f64,
+    max_green_s: f64,
+    split_s: f64,
+    passage_s: f64,
+    yellow_s: f64,
+    all_red_s: f64,
+    walk_s: f64,
+    clearance_s: f64,
+    recall: Recall,
+    dual_entry: bool,
+    inhibit_max: bool,
 }
 
-/// Says that rows are of several plans.
-fn several(first: &[String; 2], other: &[String; 2]) -> String {
-    let (what, [a, b]) = match first[0] != other[0] {
-        true => ("methods", [&first[0], &other[0]]),
-        false => ("trainings", [&first[1], &other[1]]),
-    };
-    format!(
-        "rows are of several {what} ({a}, {b}); keep those of one, or give plans/METHOD.csv of the report, which has one"
-    )
+impl Value for f64 {
+    const EXPECTED: &'static str = "a number";
+
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+
+    fn of_cell(row: &Row, at: usize) -> Option<Self> {
+        row.number(at).ok().flatten()
+    }
+
+    fn write(&self) -> String {
+        self.to_string()
+    }
 }
 
-/// Returns a time without digits that come from adding tenths, seconds.
-fn rounded(seconds: f64) -> f64 {
-    (seconds * 1000.0).round() / 1000.0
+impl Value for u32 {
+    const EXPECTED: &'static str = "a whole number that is not negative";
+
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+
+    fn of_cell(row: &Row, at: usize) -> Option<Self> {
+        f64::of_cell(row, at).filter(|n| n.fract() == 0.0 && *n >= 0.0).map(|n| n as Self)
+    }
+
+    fn write(&self) -> String {
+        self.to_string()
+    }
 }
 
-/// Returns the names of the kinds of control as messages list them.
-fn controls() -> String {
-    Control::ALL.map(Control::name).join(", ")
+impl Value for bool {
+    const EXPECTED: &'static str = "yes or no";
+
+    fn read(text: &str) -> Option<Self> {
+        match text.to_lowercase().as_str() {
+            "1" | "yes" | "true" | "on" => Some(true),
+            "0" | "no" | "false" | "off" => Some(false),
+            _ => None,
+        }
+    }
+
+    fn write(&self) -> String {
+        if *self { "yes" } else { "no" }.to_owned()
+    }
 }
 
-/// A row by the names of its columns.
-struct Fields<'a> {
-    row: &'a Row,
-    columns: &'a Columns,
+impl Value for Control {
+    const EXPECTED: &'static str = "one of pretimed, actuated, coordinated";
+
+    fn read(text: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|control| control.name() == text.to_lowercase())
+    }
+
+    fn write(&self) -> String {
+        self.name().to_owned()
+    }
 }
 
-impl Fields<'_> {
-    fn text(&self, name: &str) -> &str {
-        self.columns.get(name).map(|at| self.row.text(at)).unwrap_or_default()
+impl Value for Recall {
+    const EXPECTED: &'static str = "one of none, min, ped, max";
+
+    fn read(text: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|recall| recall.name() == text.to_lowercase())
     }
 
-    /// Returns a number within limits; `None` where there is none.
-    fn number(&self, name: &str, range: RangeInclusive<f64>) -> Result<Option<f64>, String> {
-        if self.columns.get(name).is_none() {
-            return Ok(None);
-        }
-        let Some(value) = self.columns.optional(self.row, name)? else { return Ok(None) };
-        within(value, *range.start(), *range.end())
-            .map_err(|expected| format!("{name} = {value}: {expected}"))?;
-        Ok(Some(value))
+    fn write(&self) -> String {
+        self.name().to_owned()
+    }
+}
+
+impl Value for String {
+    const EXPECTED: &'static str = "names such as NBT NBR, where NB is northbound traffic and L, T, R are left, through, right";
+
+    fn read(text: &str) -> Option<Self> {
+        Some(text.to_uppercase()).filter(|name| movement(name).is_some())
     }
 
-    /// Returns a number within limits that has to be there.
-    fn needed(&self, name: &str, range: RangeInclusive<f64>) -> Result<f64, String> {
-        self.number(name, range)?.ok_or_else(|| format!("{name} is empty; give a number"))
+    fn write(&self) -> String {
+        self.clone()
+    }
+}
+
+impl<T: Value> Value for Vec<T> {
+    const EXPECTED: &'static str = T::EXPECTED;
+
+    fn read(text: &str) -> Option<Self> {
+        let words = text.split(|c: char| !c.is_ascii_alphanumeric());
+        words.filter(|word| !word.is_empty()).map(T::read).collect()
     }
 
-    /// Returns a whole number from 1.
-    fn place(&self, name: &str) -> Result<u32, String> {
-        match self.columns.whole(self.row, name)? {
-            0 => Err(format!("{name} = 0: expected a whole number from 1")),
-            number if number > MOST_NUMBER => {
-                Err(format!("{name} = {number}: expected at most {MOST_NUMBER}"))
-            }
-            number => Ok(number),
-        }
-    }
-
-    /// Returns yes or no; `None` where nothing is said.
-    fn flag(&self, name: &str) -> Result<Option<bool>, String> {
-        match self.text(name).to_lowercase().as_str() {
-            "" => Ok(None),
-            "1" | "yes" | "true" | "on" => Ok(Some(true)),
-            "0" | "no" | "false" | "off" => Ok(Some(false)),
-            other => Err(format!("{name} = {other:?}: expected yes or no")),
-        }
-    }
-
-    /// Returns one of some words; `None` where nothing is said.
-    fn word<T: Copy>(
-        &self,
-        name: &str,
-        all: &[T],
-        word: fn(T) -> &'static str,
-    ) -> Result<Option<T>, String> {
-        let text = self.text(name).to_lowercase();
-        if text.is_empty() {
-            return Ok(None);
-        }
-        let words: Vec<&str> = all.iter().map(|value| word(*value)).collect();
-        let found = words.iter().position(|word| *word == text);
-        found.map(|i| Some(all[i])).ok_or_else(|| {
-            let meant = did_you_mean(&text, words.iter().copied());
-            format!("{name} = {text:?}: expected one of {}{meant}", words.join(", "))
-        })
-    }
-
-    /// Takes what is one value per intersection.
-    fn whole(&self, whole: &mut Whole) -> Result<(), String> {
-        fn put<T: PartialEq>(
-            name: &str,
-            into: &mut Option<T>,
-            new: Option<T>,
-        ) -> Result<(), String> {
-            match (&into, new) {
-                (Some(old), Some(new)) if *old != new => Err(format!(
-                    "{name} differs from that of a row above; give an intersection one value"
-                )),
-                (None, new @ Some(_)) => {
-                    *into = new;
-                    Ok(())
-                }
-                _ => Ok(()),
-            }
-        }
-        put("control", &mut whole.control, self.word("control", &Control::ALL, Control::name)?)?;
-        put("cycle_s", &mut whole.cycle_s, self.number("cycle_s", CYCLE_S)?)?;
-        put("offset_s", &mut whole.offset_s, self.number("offset_s", OFFSET_S)?)?;
-        let reference = self.text("reference");
-        let numbers =
-            reference.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty());
-        let numbers: Result<Vec<u32>, String> = numbers
-            .map(|word| {
-                word.parse().map_err(|_| {
-                    format!("reference = {reference:?}: expected numbers of phases, such as 2 6")
-                })
-            })
-            .collect();
-        put("reference", &mut whole.reference, Some(numbers?).filter(|all| !all.is_empty()))?;
-        let to = self.number("referenced_to", 0.0..=9.0)?.map(|number| number as u32);
-        put("referenced_to", &mut whole.referenced_to, to)
-    }
-
-    /// Returns the longest green: what is given as such, or what yellow and all-red leave of the split.
-    fn green_s(&self, yellow_s: f64, all_red_s: f64) -> Result<f64, String> {
-        let split_s = self.number("split_s", SPLIT_S)?;
-        match (self.number("max_green_s", GREEN_S)?, split_s) {
-            (Some(green_s), Some(split_s))
-                if (split_s - green_s - yellow_s - all_red_s).abs() > SPLIT_SLACK_S =>
-            {
-                Err(format!(
-                    "split_s = {split_s}, but green, yellow and all-red are {} s together; correct one of them, or leave \
-                     split_s or max_green_s empty",
-                    rounded(green_s + yellow_s + all_red_s)
-                ))
-            }
-            (Some(green_s), _) => Ok(green_s),
-            (None, Some(split_s)) if split_s <= yellow_s + all_red_s => Err(format!(
-                "split_s = {split_s}: nothing is left for green after {yellow_s} s of yellow and {all_red_s} s of \
-                 all-red; give more, or put the green into a column max_green_s"
-            )),
-            (None, Some(split_s)) => Ok(rounded(split_s - yellow_s - all_red_s)),
-            (None, None) => {
-                let columns = ["split_s", "max_green_s"];
-                let column = columns.into_iter().find(|name| self.columns.get(name).is_some());
-                Err(format!("{} is empty; give a number", column.unwrap_or("max_green_s")))
-            }
-        }
-    }
-
-    fn phase(&self) -> Result<PlanPhase, String> {
-        let yellow_s = self.needed("yellow_s", YELLOW_S)?;
-        let all_red_s = self.needed("all_red_s", ALL_RED_S)?;
-        let number = self.place("phase")?;
-        let max_green_s = self.green_s(yellow_s, all_red_s)?;
-        let walk_s = self.number("walk_s", PEOPLE_S)?.filter(|s| *s > 0.0);
-        let clearance_s = self.number("clearance_s", PEOPLE_S)?.filter(|s| *s > 0.0);
-        let walk_s = match (walk_s, clearance_s) {
-            (Some(walk_s), Some(clearance_s)) => Some([walk_s, clearance_s]),
-            (None, None) => None,
-            _ => {
-                return Err(
-                    "walk_s and clearance_s belong together; give both, or none where no crosswalk is beside the phase"
-                        .to_owned(),
-                );
-            }
-        };
-        let min_green_s = self.number("min_green_s", MIN_GREEN_S)?;
-        let recall = self.word("recall", &Recall::ALL, Recall::name)?.unwrap_or_default();
-        if recall == Recall::Ped && walk_s.is_none() {
-            return Err(
-                "recall is ped without walk_s and clearance_s; give both, or another recall"
-                    .to_owned(),
-            );
-        }
-        let movements = names("movements", self.text("movements"))?;
-        let has_through = movements.iter().any(|m| matches!(movement(m), Some((_, Turn::Through))));
-        Ok(PlanPhase {
-            number,
-            ring: self.place("ring")?,
-            barrier: self.place("barrier")?,
-            position: self.place("position")?,
-            movements,
-            yielding: names("yielding", self.text("yielding"))?,
-            min_green_s: min_green_s.unwrap_or(SHORT_GREEN_S.min(max_green_s)),
-            max_green_s,
-            passage_s: self.number("passage_s", PASSAGE_S)?.unwrap_or(EXTENSION_S),
-            yellow_s,
-            all_red_s,
-            walk_s,
-            recall,
-            dual_entry: self.flag("dual_entry")?.unwrap_or(has_through),
-            inhibit_max: self.flag("inhibit_max")?.unwrap_or(false),
-        })
+    fn write(&self) -> String {
+        self.iter().map(T::write).collect::<Vec<_>>().join(" ")
     }
 }
 
@@ -368,60 +202,184 @@ fn movement(name: &str) -> Option<(Heading, Turn)> {
     Heading::of_movement(name, DrivingSide::default())
 }
 
-/// Returns the names of movements in a field.
-fn names(column: &str, text: &str) -> Result<Vec<String>, String> {
-    let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
-    words
-        .map(|word| {
-            let name = word.to_uppercase();
-            match movement(&name) {
-                Some(_) => Ok(name),
-                None => Err(format!(
-                    "{column} = {text:?}: {word} is no movement; expected names such as NBT NBR, where NB is northbound \
-                     traffic and L, T, R are left, through, right"
-                )),
+/// Returns the value of a column of a row; `None` where it is empty or there is no such column.
+fn cell<T: Value>(row: &Row, columns: &Columns, name: &str) -> Result<Option<T>, String> {
+    let at = columns.get(name).filter(|at| !row.text(*at).is_empty());
+    let wrong = |at: usize| format!("{name} = {:?}: expected {}", row.text(at), T::EXPECTED);
+    at.map(|at| T::of_cell(row, at).ok_or_else(|| wrong(at))).transpose()
+}
+
+/// Reads a table of existing plans.
+///
+/// # Errors
+///
+/// [`FamilyError::Csv`] with file and line: a column that is missing or unknown, a cell that is no value, a plan that cannot
+/// be shown.
+pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
+    let fail = |fault| at(file, fault);
+    let mut sheet = Sheet::of(text).map_err(fail)?;
+    let line = sheet.header_line();
+    let wrong = |message| fail(Fault { line, message });
+    let columns = Columns::find(sheet.headers(), &NEEDED).map_err(wrong)?;
+    columns.only(&[&OTHERS[..], &WHOSE, WRITTEN].concat()).map_err(wrong)?;
+    let mut plans: Vec<NamedPlan> = Vec::new();
+    // What rows of a plan said before.
+    let mut told: Vec<BTreeMap<&str, String>> = Vec::new();
+    let mut first: Option<[String; 2]> = None;
+    while let Some(row) = sheet.next_row().map_err(fail)? {
+        let line = row.line;
+        let wrong = |message| fail(Fault { line, message });
+        let text = |name: &str| columns.get(name).map(|at| row.text(at)).unwrap_or_default();
+        let own = WHOSE.map(|name| text(name).to_owned());
+        let first = first.get_or_insert_with(|| own.clone());
+        if let Some(i) = (0..2).find(|i| first[*i] != own[*i]) {
+            let what = ["methods", "trainings"][i];
+            return Err(wrong(format!(
+                "rows are of several {what} ({}, {}); keep those of one, or give plans/METHOD.csv of the report, which has one",
+                first[i], own[i]
+            )));
+        }
+        let id = title("intersection", text("intersection")).map_err(wrong)?;
+        let period = match text("period") {
+            "" => String::new(),
+            period => title("period", period).map_err(wrong)?,
+        };
+        let known = plans.iter().position(|plan| plan.intersection == id && plan.period == period);
+        let index = known.unwrap_or_else(|| {
+            let plan = ExistingPlan::new(Control::Pretimed, Vec::new());
+            plans.push(NamedPlan { intersection: id, period, plan, line });
+            told.push(BTreeMap::new());
+            plans.len() - 1
+        });
+        for name in ["control", "cycle_s", "offset_s", "reference", "referenced_to"] {
+            let said = text(name);
+            if !said.is_empty()
+                && told[index].entry(name).or_insert_with(|| said.to_owned()) != said
+            {
+                return Err(wrong(format!(
+                    "{name} differs from that of a row above; give an intersection one value"
+                )));
             }
+        }
+        let cells = Cells::read(&row, &columns).map_err(wrong)?;
+        let plan = &mut plans[index].plan;
+        plan.control = cells.control.unwrap_or(plan.control);
+        plan.cycle_s = cells.cycle_s.or(plan.cycle_s);
+        // Without one, the plan begins with the simulation.
+        plan.offset_s = cells.offset_s.or(plan.offset_s);
+        plan.referenced_to = cells.referenced_to.unwrap_or(plan.referenced_to);
+        cells.reference.iter().for_each(|numbers| plan.reference.clone_from(numbers));
+        plan.phases.push(cells.phase().map_err(wrong)?);
+    }
+    for (named, told) in plans.iter().zip(&told) {
+        let known = told.contains_key("control").then_some(()).ok_or("control is empty".to_owned());
+        known.and_then(|()| named.plan.check().map(|_| ())).map_err(|message| {
+            fail(Fault {
+                line: named.line,
+                message: format!("intersection {}: {message}", named.intersection),
+            })
+        })?;
+    }
+    if plans.is_empty() {
+        return Err(wrong("no phase; a table of plans has a row per phase".to_owned()));
+    }
+    Ok(Plans { file: file.to_owned(), all: plans, ..Plans::default() })
+}
+
+impl Cells {
+    fn of(plan: &ExistingPlan, phase: &PlanPhase) -> Self {
+        Self {
+            control: Some(plan.control),
+            cycle_s: plan.cycle_s,
+            offset_s: plan.offset_s,
+            reference: Some(plan.reference.clone()),
+            referenced_to: Some(plan.referenced_to),
+            phase: Some(phase.number),
+            ring: Some(phase.ring),
+            barrier: Some(phase.barrier),
+            position: Some(phase.position),
+            movements: Some(phase.movements.clone()),
+            yielding: Some(phase.yielding.clone()),
+            min_green_s: Some(phase.min_green_s),
+            max_green_s: Some(phase.max_green_s),
+            split_s: Some(rounded(phase.split_s())),
+            passage_s: Some(phase.passage_s),
+            yellow_s: Some(phase.yellow_s),
+            all_red_s: Some(phase.all_red_s),
+            walk_s: phase.walk_s.map(|[walk_s, _]| walk_s),
+            clearance_s: phase.walk_s.map(|[_, clearance_s]| clearance_s),
+            recall: Some(phase.recall),
+            dual_entry: Some(phase.dual_entry),
+            inhibit_max: Some(phase.inhibit_max),
+        }
+    }
+
+    fn phase(self) -> Result<PlanPhase, String> {
+        let empty = |name: &str| format!("{name} is empty; give a number");
+        let yellow_s = self.yellow_s.ok_or_else(|| empty("yellow_s"))?;
+        let all_red_s = self.all_red_s.ok_or_else(|| empty("all_red_s"))?;
+        let left_s = |split_s: f64| split_s - yellow_s - all_red_s;
+        let max_green_s = match (self.max_green_s, self.split_s) {
+            (Some(green_s), Some(split_s)) if (left_s(split_s) - green_s).abs() > SPLIT_SLACK_S => {
+                return Err(format!(
+                    "split_s = {split_s}, but green, yellow and all-red are {} s together; correct one of them, or leave \
+                     split_s or max_green_s empty",
+                    rounded(green_s + yellow_s + all_red_s)
+                ));
+            }
+            (Some(green_s), _) => green_s,
+            (None, Some(split_s)) => rounded(left_s(split_s)),
+            (None, None) => {
+                return Err("neither max_green_s nor split_s; give one of them".to_owned());
+            }
+        };
+        let walk_s = self.walk_s.filter(|s| *s > 0.0);
+        let clearance_s = self.clearance_s.filter(|s| *s > 0.0);
+        if walk_s.is_some() != clearance_s.is_some()
+            || self.recall == Some(Recall::Ped) && walk_s.is_none()
+        {
+            return Err(
+                "walk_s and clearance_s belong together, and recall ped needs them; give both, or none where no crosswalk is \
+                 beside the phase"
+                    .to_owned(),
+            );
+        }
+        let movements = self.movements.unwrap_or_default();
+        let has_through = movements.iter().any(|m| matches!(movement(m), Some((_, Turn::Through))));
+        Ok(PlanPhase {
+            number: self.phase.ok_or_else(|| empty("phase"))?,
+            ring: self.ring.ok_or_else(|| empty("ring"))?,
+            barrier: self.barrier.ok_or_else(|| empty("barrier"))?,
+            position: self.position.ok_or_else(|| empty("position"))?,
+            movements,
+            yielding: self.yielding.unwrap_or_default(),
+            min_green_s: self.min_green_s.unwrap_or(SHORT_GREEN_S.min(max_green_s)),
+            max_green_s,
+            passage_s: self.passage_s.unwrap_or(EXTENSION_S),
+            yellow_s,
+            all_red_s,
+            walk_s: walk_s.zip(clearance_s).map(<[f64; 2]>::from),
+            recall: self.recall.unwrap_or_default(),
+            dual_entry: self.dual_entry.unwrap_or(has_through),
+            inhibit_max: self.inhibit_max.unwrap_or(false),
         })
-        .collect()
+    }
+}
+
+/// Returns a time without digits that come from adding tenths, seconds.
+fn rounded(seconds: f64) -> f64 {
+    (seconds * 1000.0).round() / 1000.0
 }
 
 /// Returns the cells of a phase in the order of [`WRITTEN`].
 pub fn cells(plan: &ExistingPlan, phase: &PlanPhase) -> Vec<String> {
-    let number = |value: f64| value.to_string();
-    let optional = |value: Option<f64>| value.map(number).unwrap_or_default();
-    let yes = |flag: bool| if flag { "yes" } else { "no" }.to_owned();
-    let reference: Vec<String> = plan.reference.iter().map(u32::to_string).collect();
-    let [walk_s, clearance_s] = [0, 1].map(|i| optional(phase.walk_s.map(|both| both[i])));
-    vec![
-        plan.control.name().to_owned(),
-        optional(plan.cycle_s),
-        optional(plan.offset_s),
-        reference.join(" "),
-        plan.referenced_to.to_string(),
-        phase.number.to_string(),
-        phase.ring.to_string(),
-        phase.barrier.to_string(),
-        phase.position.to_string(),
-        phase.movements.join(" "),
-        phase.yielding.join(" "),
-        number(phase.min_green_s),
-        number(phase.max_green_s),
-        number(rounded(phase.split_s())),
-        number(phase.passage_s),
-        number(phase.yellow_s),
-        number(phase.all_red_s),
-        walk_s,
-        clearance_s,
-        phase.recall.name().to_owned(),
-        yes(phase.dual_entry),
-        yes(phase.inhibit_max),
-    ]
+    Cells::of(plan, phase).write()
 }
 
 /// Returns plans as a table, which reads back as the same.
 pub fn to_csv(plans: &[NamedPlan]) -> String {
-    let header = ["intersection", "period"].into_iter().chain(WRITTEN);
-    let mut rows: Vec<Vec<String>> = vec![header.map(str::to_owned).collect()];
+    let header = ["intersection", "period"].iter().chain(WRITTEN);
+    let mut rows: Vec<Vec<String>> = vec![header.map(|name| (*name).to_owned()).collect()];
     for NamedPlan { intersection, period, plan, .. } in plans {
         for phase in &plan.phases {
             let whose = [intersection.clone(), period.clone()];
@@ -500,7 +458,7 @@ mod tests {
         let e = read_it("30,4,1,25", "30,4,1,26").unwrap_err();
         assert!(e.contains("line 3: split_s = 30, but green, yellow and all-red are 31 s"), "{e}");
         let e = read_it("30,4,1,25", ",4,1,").unwrap_err();
-        assert!(e.contains("line 3: split_s is empty; give a number"), "{e}");
+        assert!(e.contains("line 3: neither max_green_s nor split_s"), "{e}");
     }
 
     #[test]
