@@ -2,7 +2,6 @@
 
 use pulp::Arch;
 
-use super::kernel::sum_of_squares;
 use crate::nn::state::{State, kept};
 
 /// Decay of the first moment.
@@ -69,6 +68,23 @@ impl Adam {
 
 impl State for Adam {
     kept! { State { "adam.first": first, "adam.second": second, "adam.steps": steps } }
+}
+
+/// Returns the sum of squares, in several accumulators so that vector units can compute it.
+fn sum_of_squares(x: &[f32]) -> f32 {
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let mut sums = [0.0f32; 32];
+            let (chunks, rest) = x.as_chunks::<32>();
+            for chunk in chunks {
+                for (sum, x) in sums.iter_mut().zip(chunk) {
+                    *sum += x * x;
+                }
+            }
+            sums.iter().sum::<f32>() + rest.iter().map(|x| x * x).sum::<f32>()
+        },
+    )
 }
 
 #[cfg(test)]

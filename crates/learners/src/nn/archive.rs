@@ -7,11 +7,10 @@
 //! The card has a sha256 over the file as it is without it, so that a file that was damaged is refused: a flipped bit in a
 //! weight is a number like any other.
 
-use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use safetensors::tensor::{Dtype, SafeTensors, TensorView, View, serialize};
+use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 use serde_json::{Map, Value};
 
 use basics::files::{self, FileError, limits, write_atomically};
@@ -62,31 +61,8 @@ pub enum ArchiveError {
     Io(#[from] FileError),
 }
 
-/// Numbers with a shape, row-major, as bytes of the file.
-#[derive(Debug, Clone, PartialEq)]
-struct Tensor {
-    dtype: Dtype,
-    shape: Vec<usize>,
-    data: Vec<u8>,
-}
-
-impl View for &Tensor {
-    fn dtype(&self) -> Dtype {
-        self.dtype
-    }
-
-    fn shape(&self) -> &[usize] {
-        &self.shape
-    }
-
-    fn data(&self) -> Cow<'_, [u8]> {
-        Cow::Borrowed(&self.data)
-    }
-
-    fn data_len(&self) -> usize {
-        self.data.len()
-    }
-}
+/// Type and shape of numbers, row-major, and the numbers as bytes of the file.
+type Tensor = (Dtype, Vec<usize>, Vec<u8>);
 
 /// Named tensors and a card.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -100,13 +76,13 @@ impl Archive {
     /// Adds real numbers.
     pub fn put_f32(&mut self, name: impl Into<String>, shape: &[usize], values: &[f32]) {
         let data = values.iter().flat_map(|v| v.to_le_bytes()).collect();
-        self.tensors.insert(name.into(), Tensor { dtype: Dtype::F32, shape: shape.into(), data });
+        self.tensors.insert(name.into(), (Dtype::F32, shape.into(), data));
     }
 
     /// Adds whole numbers.
     pub fn put_u32(&mut self, name: impl Into<String>, shape: &[usize], values: &[u32]) {
         let data = values.iter().flat_map(|v| v.to_le_bytes()).collect();
-        self.tensors.insert(name.into(), Tensor { dtype: Dtype::U32, shape: shape.into(), data });
+        self.tensors.insert(name.into(), (Dtype::U32, shape.into(), data));
     }
 
     /// Adds a value to the card.
@@ -116,30 +92,18 @@ impl Archive {
     }
 
     /// Returns a value of the card.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError::Card`] when it is missing or of another type.
     pub fn get<T: serde::de::DeserializeOwned>(&self, name: &str) -> Result<T, ArchiveError> {
         let value = self.card.get(name).cloned().ok_or_else(|| ArchiveError::Card(name.into()))?;
         serde_json::from_value(value).map_err(|_| ArchiveError::Card(name.into()))
     }
 
-    /// Returns the real numbers of a tensor of this shape.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when there is no such tensor, or of another shape or type.
+    /// Returns the real numbers of a tensor; fails where there is none of this name, shape and type.
     pub fn f32(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, ArchiveError> {
         let words = self.words(name, shape, Dtype::F32)?;
         Ok(words.iter().map(|word| f32::from_le_bytes(*word)).collect())
     }
 
-    /// Returns the real numbers of a tensor of this shape, which have to be numbers.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::f32`], and [`ArchiveError::NotFinite`].
+    /// As [`Self::f32`], and refuses infinities and NaN.
     pub fn finite(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, ArchiveError> {
         let numbers = self.f32(name, shape)?;
         match numbers.iter().all(|number| number.is_finite()) {
@@ -148,11 +112,7 @@ impl Archive {
         }
     }
 
-    /// Returns the whole numbers of a tensor of this shape.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when there is no such tensor, or of another shape or type.
+    /// Returns the whole numbers of a tensor; fails as [`Self::f32`].
     pub fn u32(&self, name: &str, shape: &[usize]) -> Result<Vec<u32>, ArchiveError> {
         let words = self.words(name, shape, Dtype::U32)?;
         Ok(words.iter().map(|word| u32::from_le_bytes(*word)).collect())
@@ -164,9 +124,8 @@ impl Archive {
         wanted: &[usize],
         dtype: Dtype,
     ) -> Result<&[[u8; 4]], ArchiveError> {
-        let tensor = self.tensors.get(name).filter(|tensor| tensor.dtype == dtype);
-        let Tensor { shape, data, .. } =
-            tensor.ok_or_else(|| ArchiveError::Missing(name.to_owned()))?;
+        let tensor = self.tensors.get(name).filter(|tensor| tensor.0 == dtype);
+        let (_, shape, data) = tensor.ok_or_else(|| ArchiveError::Missing(name.to_owned()))?;
         if shape != wanted {
             let (found, wanted) = (shape.clone(), wanted.to_vec());
             return Err(ArchiveError::Shape { name: name.to_owned(), found, wanted });
@@ -178,17 +137,13 @@ impl Archive {
     pub fn nest(&mut self, name: &str, other: &Self) {
         let data = other.to_bytes();
         let shape = vec![data.len()];
-        self.tensors.insert(name.to_owned(), Tensor { dtype: Dtype::U8, shape, data });
+        self.tensors.insert(name.to_owned(), (Dtype::U8, shape, data));
     }
 
-    /// Takes out what [`Self::nest`] put in.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError::Missing`] when there is none.
+    /// Takes out what [`Self::nest`] put in; [`ArchiveError::Missing`] when there is none.
     pub fn take_nested(&mut self, name: &str) -> Result<Self, ArchiveError> {
         let tensor = self.tensors.remove(name);
-        let read = tensor.and_then(|tensor| Self::from_bytes(&tensor.data).ok());
+        let read = tensor.and_then(|tensor| Self::from_bytes(&tensor.2).ok());
         read.ok_or_else(|| ArchiveError::Missing(name.to_owned()))
     }
 
@@ -207,34 +162,26 @@ impl Archive {
     fn with_card(&self, card: &Map<String, Value>) -> Vec<u8> {
         let card = serde_json::to_string(card).expect("a card is plain data");
         let metadata = HashMap::from([(CARD_KEY.to_owned(), card)]);
-        serialize(&self.tensors, Some(metadata)).expect("shapes fit their numbers")
+        let views = self.tensors.iter().map(|(name, (dtype, shape, data))| {
+            let view = TensorView::new(*dtype, shape.clone(), data);
+            (name, view.expect("shapes fit their numbers"))
+        });
+        serialize(views, Some(metadata)).expect("shapes fit their numbers")
     }
 
     /// Writes the file; it is either as before or complete.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when the folder cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), FileError> {
         write_atomically(path, &self.to_bytes())
     }
 
-    /// Reads a file.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError::Foreign`] when it is truncated, altered or not one of ours.
+    /// Reads a file; [`ArchiveError::Foreign`] when it is truncated, altered or not one of ours.
     pub fn read(path: &Path) -> Result<Self, ArchiveError> {
         let bytes = files::read(path, limits::ARCHIVE)?;
         Self::from_bytes(&bytes)
             .map_err(|reason| ArchiveError::Foreign { path: path.into(), reason })
     }
 
-    /// Returns what the bytes of a file hold.
-    ///
-    /// # Errors
-    ///
-    /// Why they are no file of ours, or not as it was written.
+    /// Returns what the bytes of a file hold, or why they are no file of ours, or not as it was written.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let broken = |e| format!("not a complete safetensors file ({e})");
         let (_, header) = SafeTensors::read_metadata(bytes).map_err(broken)?;
@@ -249,7 +196,7 @@ impl Archive {
         let checksum = card.remove(CHECKSUM).ok_or("it has no checksum: it is damaged")?;
         let tensor = |(name, view): (&str, TensorView<'_>)| {
             let (dtype, shape) = (view.dtype(), view.shape().to_vec());
-            (name.to_owned(), Tensor { dtype, shape, data: view.data().to_vec() })
+            (name.to_owned(), (dtype, shape, view.data().to_vec()))
         };
         let archive = Self { card, tensors: file.iter().map(tensor).collect() };
         if checksum != archive.checksum() {
@@ -309,8 +256,8 @@ mod tests {
 
     #[test]
     fn a_model_of_another_program_is_refused() {
-        let weights = Tensor { dtype: Dtype::F32, shape: vec![1], data: vec![0; 4] };
-        let bytes = serialize([("w", &weights)], None).unwrap();
+        let weights = TensorView::new(Dtype::F32, vec![1], &[0; 4]).unwrap();
+        let bytes = serialize([("w", weights)], None).unwrap();
         let (_dir, path) = file(&bytes);
         let e = Archive::read(&path).unwrap_err().to_string();
         assert!(e.contains("without a tsc-family card; give a file that tsc-family has"), "{e}");

@@ -23,16 +23,192 @@
 //! Deviation: a phase may be named by any number of movements; RESCO's always have two, of which two
 //! phases share none or exactly one.
 
-mod backward;
-mod forward;
-mod layout;
-mod parts;
+use pulp::Arch;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 
-pub use layout::PhaseLayout;
-pub use parts::{Frap, HEAD};
+use super::init::Init;
+use super::kernel::{
+    Activation, add_bias_gradient, add_weight_gradient, affine, input_gradient, product, relu,
+    sigmoid,
+};
+use super::{Network, Part, linear_parts, room};
 
-use super::{Network, Part, linear_parts};
-use parts::table;
+/// Numbers of an embedding, and of a demand after its linear map.
+const EMBEDDING: usize = 4;
+
+/// Numbers of a movement.
+const MOVEMENT: usize = 16;
+
+/// Numbers of a pair of phases.
+const PAIR: usize = 20;
+
+/// Numbers in front of the demand in an input row: the layout, then the current phase.
+pub const HEAD: usize = 2;
+
+/// What FRAP needs to know of a signal.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PhaseLayout {
+    /// First demand number per movement that some phase is named by.
+    windows: Vec<usize>,
+    /// Per phase the movements that it is named by, as indices into `windows`.
+    phases: Vec<Vec<usize>>,
+    /// Per ordered pair of phases: the other phase, and whether they share some but not all movements.
+    rivals: Vec<Vec<(usize, bool)>>,
+}
+
+impl PhaseLayout {
+    /// Returns the layout of a signal.
+    ///
+    /// * `pairs` — per phase the movements that it is named by, mostly two, by any numbering.
+    /// * `stride` — distance between the demand of consecutive movements, in numbers.
+    pub fn new(pairs: &[Vec<usize>], stride: usize) -> Self {
+        let mut movements: Vec<usize> = pairs.iter().flatten().copied().collect();
+        movements.sort_unstable();
+        movements.dedup();
+        let position = |m: &usize| movements.partition_point(|other| other < m);
+        let phases = pairs.iter().map(|pair| pair.iter().map(position).collect()).collect();
+        let shared = |a: usize, b: usize| {
+            let both = pairs[a].iter().filter(|m| pairs[b].contains(m)).count();
+            both > 0 && (both < pairs[a].len() || both < pairs[b].len())
+        };
+        let others =
+            |a: usize| (0..pairs.len()).filter(|b| *b != a).map(|b| (b, shared(a, b))).collect();
+        Self {
+            rivals: (0..pairs.len()).map(others).collect(),
+            windows: movements.iter().map(|m| m * stride).collect(),
+            phases,
+        }
+    }
+
+    fn demand(&self, width: usize) -> usize {
+        self.windows.iter().max().map_or(0, |w| w + width)
+    }
+    fn pairs(&self) -> usize {
+        self.rivals.iter().map(Vec::len).sum()
+    }
+}
+
+/// Where the parameters of each part begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Offsets {
+    bit: usize,
+    demand: usize,
+    movement: usize,
+    pair: usize,
+    relation: usize,
+    relation_map: usize,
+    competition: usize,
+    value: usize,
+    end: usize,
+}
+
+/// Returns name, inputs and outputs of each part, in the order of the parameters; embeddings have no inputs.
+fn table(width: usize) -> [(&'static str, usize, usize); 8] {
+    [
+        ("phase-bit", 0, EMBEDDING),
+        ("demand", width, EMBEDDING),
+        ("movement", 2 * EMBEDDING, MOVEMENT),
+        ("pair", 2 * MOVEMENT, PAIR),
+        ("relation", 0, EMBEDDING),
+        ("relation-map", EMBEDDING, PAIR),
+        ("competition", PAIR, PAIR),
+        ("value", PAIR, 1),
+    ]
+}
+
+impl Offsets {
+    fn new(width: usize) -> Self {
+        let mut end = 0;
+        let starts = table(width).map(|(_, inputs, outputs)| {
+            let start = end;
+            end += if inputs == 0 { 2 * outputs } else { (inputs + 1) * outputs };
+            start
+        });
+        let [bit, demand, movement, pair, relation, relation_map, competition, value] = starts;
+        Self { bit, demand, movement, pair, relation, relation_map, competition, value, end }
+    }
+}
+
+#[derive(Debug, Clone, Default)]
+struct Buffers {
+    /// Per row: its layout, and where its movements and phases begin.
+    rows: Vec<(usize, usize, usize)>,
+    /// Per movement of every row: its phase bit.
+    bits: Vec<bool>,
+    /// Per movement of every row: its demand, squashed; shape `[movements, 4]`.
+    demand: Vec<f32>,
+    /// `h`, shape `[movements, 16]`.
+    movement: Vec<f32>,
+    /// `P`, shape `[phases, 16]`.
+    phase: Vec<f32>,
+    /// Both halves of the pair's convolution, shape `[phases, 20]`.
+    upper: Vec<f32>,
+    lower: Vec<f32>,
+    /// `z`, then `z * r`, then what the competition makes of it, shape `[pairs, 20]`.
+    z: Vec<f32>,
+    zr: Vec<f32>,
+    y: Vec<f32>,
+    outputs: Vec<f32>,
+    // The same for the backward pass, for the pairs that have a gradient.
+    active_zr: Vec<f32>,
+    dy: Vec<f32>,
+    dz: Vec<f32>,
+    dupper: Vec<f32>,
+    dlower: Vec<f32>,
+    dphase: Vec<f32>,
+    dmovement: Vec<f32>,
+    /// A transposed matrix of weights.
+    turned: Vec<f32>,
+}
+
+/// The network; its inputs are rows of layout index, current phase and demand.
+#[derive(Debug, Clone)]
+pub struct Frap {
+    layouts: Vec<PhaseLayout>,
+    /// Demand numbers per movement.
+    width: usize,
+    demand: usize,
+    actions: usize,
+    offsets: Offsets,
+    buffers: Buffers,
+}
+
+impl Frap {
+    /// Returns the network for signals of these layouts.
+    ///
+    /// * `width` — demand numbers that a movement reads.
+    /// * `demand` — demand numbers per row.
+    /// When a layout reads beyond `demand`.
+    pub fn new(layouts: Vec<PhaseLayout>, width: usize, demand: usize) -> Self {
+        assert!(layouts.iter().all(|l| l.demand(width) <= demand), "movements read beyond the row");
+        let actions = layouts.iter().map(|l| l.phases.len()).max().unwrap_or(0);
+        let offsets = Offsets::new(width);
+        Self { layouts, width, demand, actions, offsets, buffers: Buffers::default() }
+    }
+
+    /// Returns parameters to start from: embeddings standard normal, the rest as `init` says.
+    pub fn initial(&self, init: Init, rng: &mut ChaCha8Rng) -> Vec<f32> {
+        let mut parameters = Vec::with_capacity(self.offsets.end);
+        for (_, inputs, outputs) in table(self.width) {
+            match inputs {
+                0 => parameters
+                    .extend((0..2 * outputs).map(|_| rng.sample::<f32, _>(StandardNormal))),
+                _ => init.layer(inputs, outputs, rng, &mut parameters),
+            }
+        }
+        parameters
+    }
+}
+
+/// `y += scale x`.
+#[inline(always)]
+fn add_scaled(y: &mut [f32], x: &[f32], scale: f32) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += scale * x;
+    }
+}
 
 impl Network for Frap {
     fn inputs(&self) -> usize {
@@ -83,17 +259,365 @@ impl Network for Frap {
         output_gradient: &[f32],
         gradient: &mut [f32],
     ) {
-        self.differentiate(parameters, inputs, output_gradient, gradient);
+        gradient.fill(0.0);
+        let active = self.value(parameters, output_gradient, gradient);
+        if active > 0 {
+            self.competition(parameters, output_gradient, gradient, active);
+            self.pairs(parameters, gradient);
+            self.movements(parameters, inputs, gradient);
+        }
     }
+}
+
+impl Frap {
+    /// What the phase bit adds to a movement before its ReLU, for both bits, and the squashed embeddings themselves.
+    fn bit_terms(&self, parameters: &[f32]) -> ([[f32; MOVEMENT]; 2], [[f32; EMBEDDING]; 2]) {
+        let o = &self.offsets;
+        let (w, bias) = parameters[o.movement..o.pair].split_at(2 * EMBEDDING * MOVEMENT);
+        let mut terms = [[0.0; MOVEMENT]; 2];
+        let mut embeddings = [[0.0; EMBEDDING]; 2];
+        for bit in 0..2 {
+            terms[bit].copy_from_slice(bias);
+            for i in 0..EMBEDDING {
+                let e = sigmoid(parameters[o.bit + bit * EMBEDDING + i]);
+                embeddings[bit][i] = e;
+                add_scaled(&mut terms[bit], &w[i * MOVEMENT..][..MOVEMENT], e);
+            }
+        }
+        (terms, embeddings)
+    }
+
+    /// Returns `r` for pairs that share no movement or all, and for those that share some.
+    fn relations(&self, parameters: &[f32]) -> [[f32; PAIR]; 2] {
+        let o = &self.offsets;
+        let (w, bias) = parameters[o.relation_map..o.competition].split_at(EMBEDDING * PAIR);
+        let mut relations = [[0.0; PAIR]; 2];
+        for (shared, relation) in relations.iter_mut().enumerate() {
+            relation.copy_from_slice(bias);
+            for i in 0..EMBEDDING {
+                let e = relu(parameters[o.relation + shared * EMBEDDING + i]);
+                add_scaled(relation, &w[i * PAIR..][..PAIR], e);
+            }
+            relation.iter_mut().for_each(|r| *r = relu(*r));
+        }
+        relations
+    }
+
+    /// Fills `demand`, `movement` and `phase` for all rows.
+    fn movements_and_phases(&mut self, parameters: &[f32], inputs: &[f32]) {
+        let (terms, _) = self.bit_terms(parameters);
+        let o = self.offsets;
+        let (dw, dbias) = parameters[o.demand..o.movement].split_at(self.width * EMBEDDING);
+        let w = &parameters[o.movement + EMBEDDING * MOVEMENT..][..EMBEDDING * MOVEMENT];
+        let b = &mut self.buffers;
+        b.rows.clear();
+        b.bits.clear();
+        let (mut movements, mut phases) = (0, 0);
+        for row in inputs.chunks_exact(HEAD + self.demand) {
+            let index = row[0] as usize;
+            let layout = &self.layouts[index];
+            b.rows.push((index, movements, phases));
+            let current = layout.phases.get(row[1] as usize);
+            let bit = |m: usize| current.is_some_and(|phase| phase.contains(&m));
+            b.bits.extend((0..layout.windows.len()).map(bit));
+            movements += layout.windows.len();
+            phases += layout.phases.len();
+        }
+        let demand = room(&mut b.demand, movements * EMBEDDING);
+        let movement = room(&mut b.movement, movements * MOVEMENT);
+        let phase = room(&mut b.phase, phases * MOVEMENT);
+        for (row, (index, first, first_phase)) in
+            inputs.chunks_exact(HEAD + self.demand).zip(&b.rows)
+        {
+            let layout = &self.layouts[*index];
+            for (m, window) in layout.windows.iter().enumerate() {
+                let m = first + m;
+                let d = &mut demand[m * EMBEDDING..][..EMBEDDING];
+                d.copy_from_slice(dbias);
+                for (i, x) in row[HEAD + window..][..self.width].iter().enumerate() {
+                    add_scaled(d, &dw[i * EMBEDDING..][..EMBEDDING], *x);
+                }
+                let h = &mut movement[m * MOVEMENT..][..MOVEMENT];
+                h.copy_from_slice(&terms[usize::from(b.bits[m])]);
+                for (i, d) in d.iter_mut().enumerate() {
+                    *d = sigmoid(*d);
+                    add_scaled(h, &w[i * MOVEMENT..][..MOVEMENT], *d);
+                }
+                h.iter_mut().for_each(|h| *h = relu(*h));
+            }
+            for (a, pair) in layout.phases.iter().enumerate() {
+                let p = &mut phase[(first_phase + a) * MOVEMENT..][..MOVEMENT];
+                p.fill(0.0);
+                for m in pair {
+                    add_scaled(p, &movement[(first + m) * MOVEMENT..][..MOVEMENT], 1.0);
+                }
+            }
+        }
+    }
+
+    /// Fills `z`, `zr` and `y` for all pairs.
+    fn compete(&mut self, parameters: &[f32]) {
+        let relations = self.relations(parameters);
+        let o = self.offsets;
+        let b = &mut self.buffers;
+        let phases: usize = b.rows.iter().map(|r| self.layouts[r.0].phases.len()).sum();
+        let pairs: usize = b.rows.iter().map(|r| self.layouts[r.0].pairs()).sum();
+
+        let (w, bias) = parameters[o.pair..o.relation].split_at(2 * MOVEMENT * PAIR);
+        let (upper_w, lower_w) = w.split_at(MOVEMENT * PAIR);
+        let phase = &b.phase[..phases * MOVEMENT];
+        let upper = room(&mut b.upper, phases * PAIR);
+        affine(phase, upper_w, bias, upper);
+        let lower = room(&mut b.lower, phases * PAIR);
+        product(phase, lower_w, PAIR, lower);
+
+        let z = room(&mut b.z, pairs * PAIR);
+        let zr = room(&mut b.zr, pairs * PAIR);
+        let (rows, layouts) = (&b.rows, &self.layouts);
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let mut pairs = z.as_chunks_mut::<PAIR>().0.iter_mut().zip(zr.as_chunks_mut().0);
+                let (upper, lower) = (upper.as_chunks::<PAIR>().0, lower.as_chunks::<PAIR>().0);
+                for (index, _, first) in rows {
+                    for (a, rivals) in layouts[*index].rivals.iter().enumerate() {
+                        for (rival, shared) in rivals {
+                            let (z, zr) = pairs.next().expect("there is room for every pair");
+                            compare(
+                                &upper[first + a],
+                                &lower[first + rival],
+                                &relations[usize::from(*shared)],
+                                z,
+                                zr,
+                            );
+                        }
+                    }
+                }
+            },
+        );
+        let (w, bias) = parameters[o.competition..o.value].split_at(PAIR * PAIR);
+        let y = room(&mut b.y, pairs * PAIR);
+        affine(zr, w, bias, y);
+        Activation::Relu.apply(y);
+    }
+
+    /// Sums what the pairs are worth into the values of phases.
+    fn values(&mut self, parameters: &[f32]) -> &[f32] {
+        let o = self.offsets;
+        let b = &mut self.buffers;
+        let (w, bias) = parameters[o.value..o.end].split_at(PAIR);
+        let outputs = room(&mut b.outputs, b.rows.len() * self.actions);
+        let mut y = b.y.as_chunks::<PAIR>().0.iter();
+        for ((index, ..), outputs) in b.rows.iter().zip(outputs.chunks_exact_mut(self.actions)) {
+            outputs.fill(f32::NEG_INFINITY);
+            for (q, rivals) in outputs.iter_mut().zip(&self.layouts[*index].rivals) {
+                let value = |y: &[f32; PAIR]| -> f32 { y.iter().zip(w).map(|(y, w)| y * w).sum() };
+                *q = y.by_ref().take(rivals.len()).map(|y| value(y) + bias[0]).sum();
+            }
+        }
+        outputs
+    }
+}
+
+/// What a pair of phases makes of its halves and its relation.
+#[inline(always)]
+fn compare(
+    upper: &[f32; PAIR],
+    lower: &[f32; PAIR],
+    relation: &[f32; PAIR],
+    z: &mut [f32; PAIR],
+    zr: &mut [f32; PAIR],
+) {
+    for i in 0..PAIR {
+        z[i] = relu(upper[i] + lower[i]);
+        zr[i] = z[i] * relation[i];
+    }
+}
+
+impl Frap {
+    /// From values to what the competition made of a pair; returns the pairs with a gradient.
+    fn value(&mut self, parameters: &[f32], dq: &[f32], gradient: &mut [f32]) -> usize {
+        let o = self.offsets;
+        let w = &parameters[o.value..][..PAIR];
+        let (dw, dbias) = gradient[o.value..o.end].split_at_mut(PAIR);
+        let b = &mut self.buffers;
+        let most = self.layouts.iter().map(PhaseLayout::pairs).max().unwrap_or(0) * b.rows.len();
+        let dy = room(&mut b.dy, most * PAIR);
+        let active_zr = room(&mut b.active_zr, most * PAIR);
+        let (mut pair, mut active) = (0, 0);
+        for ((index, ..), dq) in b.rows.iter().zip(dq.chunks_exact(self.actions)) {
+            for (rivals, dq) in self.layouts[*index].rivals.iter().zip(dq) {
+                if *dq != 0.0 {
+                    for i in pair..pair + rivals.len() {
+                        let from = i * PAIR..(i + 1) * PAIR;
+                        let to = active * PAIR..(active + 1) * PAIR;
+                        let y = &b.y[from.clone()];
+                        add_scaled(dw, y, *dq);
+                        let dy = &mut dy[to.clone()];
+                        dy.fill(0.0);
+                        add_scaled(dy, w, *dq);
+                        Activation::Relu.gradient(y, dy);
+                        active_zr[to].copy_from_slice(&b.zr[from]);
+                        active += 1;
+                    }
+                    dbias[0] += dq * rivals.len() as f32;
+                }
+                pair += rivals.len();
+            }
+        }
+        active
+    }
+
+    /// Through the competition's map to both halves of the pairs' map and to the relations.
+    fn competition(&mut self, parameters: &[f32], dq: &[f32], gradient: &mut [f32], active: usize) {
+        let o = self.offsets;
+        let relations = self.relations(parameters);
+        let b = &mut self.buffers;
+        let (w, _) = parameters[o.competition..o.value].split_at(PAIR * PAIR);
+        let (dw, dbias) = gradient[o.competition..o.value].split_at_mut(PAIR * PAIR);
+        let dy = &b.dy[..active * PAIR];
+        add_weight_gradient(&b.active_zr[..active * PAIR], dy, dw, active);
+        add_bias_gradient(dy, dbias);
+        let dz = room(&mut b.dz, active * PAIR);
+        b.turned.resize(PAIR * PAIR, 0.0);
+        input_gradient(dy, w, PAIR, &mut b.turned, dz, false);
+
+        let phases: usize = b.rows.iter().map(|r| self.layouts[r.0].phases.len()).sum();
+        let dupper = room(&mut b.dupper, phases * PAIR);
+        dupper.fill(0.0);
+        let dlower = room(&mut b.dlower, phases * PAIR);
+        dlower.fill(0.0);
+        let mut drelations = [[0.0; PAIR]; 2];
+        let mut dz = dz.as_chunks::<PAIR>().0.iter();
+        let (z, dupper, dlower) = (
+            b.z.as_chunks::<PAIR>().0,
+            dupper.as_chunks_mut::<PAIR>().0,
+            dlower.as_chunks_mut::<PAIR>().0,
+        );
+        let mut pair = 0;
+        for ((index, _, first), dq) in b.rows.iter().zip(dq.chunks_exact(self.actions)) {
+            for ((a, rivals), dq) in self.layouts[*index].rivals.iter().enumerate().zip(dq) {
+                for (i, (rival, shared)) in rivals.iter().enumerate() {
+                    if *dq == 0.0 {
+                        break;
+                    }
+                    let dzr = dz.next().expect("as many as have a gradient");
+                    let z = &z[pair + i];
+                    let shared = usize::from(*shared);
+                    let (up, low) = (&mut dupper[first + a], &mut dlower[first + rival]);
+                    for k in 0..PAIR {
+                        drelations[shared][k] += dzr[k] * z[k];
+                        let d = if z[k] > 0.0 { dzr[k] * relations[shared][k] } else { 0.0 };
+                        up[k] += d;
+                        low[k] += d;
+                    }
+                }
+                pair += rivals.len();
+            }
+        }
+        self.relation_gradient(parameters, &relations, &mut drelations, gradient);
+    }
+
+    fn relation_gradient(
+        &self,
+        parameters: &[f32],
+        relations: &[[f32; PAIR]; 2],
+        drelations: &mut [[f32; PAIR]; 2],
+        gradient: &mut [f32],
+    ) {
+        let o = self.offsets;
+        for shared in 0..2 {
+            let d = &mut drelations[shared];
+            Activation::Relu.gradient(&relations[shared], d);
+            add_scaled(&mut gradient[o.relation_map + EMBEDDING * PAIR..][..PAIR], d, 1.0);
+            for i in 0..EMBEDDING {
+                let at = o.relation + shared * EMBEDDING + i;
+                let e = parameters[at].max(0.0);
+                let weights = o.relation_map + i * PAIR..o.relation_map + (i + 1) * PAIR;
+                if e > 0.0 {
+                    gradient[at] += dot(&parameters[weights.clone()], d);
+                }
+                add_scaled(&mut gradient[weights], d, e);
+            }
+        }
+    }
+
+    /// Through the pairs' map to phases and on to movements.
+    fn pairs(&mut self, parameters: &[f32], gradient: &mut [f32]) {
+        let o = self.offsets;
+        let b = &mut self.buffers;
+        let phases: usize = b.rows.iter().map(|r| self.layouts[r.0].phases.len()).sum();
+        let movements = b.bits.len();
+        let (dupper, dlower) = (&b.dupper[..phases * PAIR], &b.dlower[..phases * PAIR]);
+        let phase = &b.phase[..phases * MOVEMENT];
+        let half = MOVEMENT * PAIR;
+        let (dw, dbias) = gradient[o.pair..o.relation].split_at_mut(2 * half);
+        add_weight_gradient(phase, dupper, &mut dw[..half], phases);
+        add_weight_gradient(phase, dlower, &mut dw[half..], phases);
+        add_bias_gradient(dupper, dbias);
+        let dphase = room(&mut b.dphase, phases * MOVEMENT);
+        let w = &parameters[o.pair..][..2 * half];
+        input_gradient(dupper, &w[..half], PAIR, &mut b.turned, dphase, false);
+        input_gradient(dlower, &w[half..], PAIR, &mut b.turned, dphase, true);
+        let dmovement = room(&mut b.dmovement, movements * MOVEMENT);
+        dmovement.fill(0.0);
+        for (index, first, first_phase) in &b.rows {
+            for (a, pair) in self.layouts[*index].phases.iter().enumerate() {
+                let d = &dphase[(first_phase + a) * MOVEMENT..][..MOVEMENT];
+                for m in pair {
+                    add_scaled(&mut dmovement[(first + m) * MOVEMENT..][..MOVEMENT], d, 1.0);
+                }
+            }
+        }
+        Activation::Relu.gradient(&b.movement[..movements * MOVEMENT], dmovement);
+    }
+
+    /// From movements to demand and phase bits.
+    fn movements(&mut self, parameters: &[f32], inputs: &[f32], gradient: &mut [f32]) {
+        let o = self.offsets;
+        let (_, embeddings) = self.bit_terms(parameters);
+        let b = &self.buffers;
+        let w = &parameters[o.movement..][..2 * EMBEDDING * MOVEMENT];
+        let mut dterms = [[0.0; MOVEMENT]; 2];
+        for (row, (index, first, _)) in inputs.chunks_exact(HEAD + self.demand).zip(&b.rows) {
+            for (m, window) in self.layouts[*index].windows.iter().enumerate() {
+                let m = first + m;
+                let dh = &b.dmovement[m * MOVEMENT..][..MOVEMENT];
+                add_scaled(&mut dterms[usize::from(b.bits[m])], dh, 1.0);
+                let mut dd = [0.0; EMBEDDING];
+                for (i, d) in b.demand[m * EMBEDDING..][..EMBEDDING].iter().enumerate() {
+                    let at = (EMBEDDING + i) * MOVEMENT;
+                    add_scaled(&mut gradient[o.movement + at..][..MOVEMENT], dh, *d);
+                    dd[i] = dot(&w[at..][..MOVEMENT], dh) * d * (1.0 - d);
+                }
+                for (i, x) in row[HEAD + window..][..self.width].iter().enumerate() {
+                    add_scaled(&mut gradient[o.demand + i * EMBEDDING..][..EMBEDDING], &dd, *x);
+                }
+                let bias = o.demand + self.width * EMBEDDING;
+                add_scaled(&mut gradient[bias..][..EMBEDDING], &dd, 1.0);
+            }
+        }
+        for bit in 0..2 {
+            let d = &dterms[bit];
+            let bias = o.movement + 2 * EMBEDDING * MOVEMENT;
+            add_scaled(&mut gradient[bias..][..MOVEMENT], d, 1.0);
+            for (i, e) in embeddings[bit].iter().enumerate() {
+                add_scaled(&mut gradient[o.movement + i * MOVEMENT..][..MOVEMENT], d, *e);
+                gradient[o.bit + bit * EMBEDDING + i] +=
+                    dot(&w[i * MOVEMENT..][..MOVEMENT], d) * e * (1.0 - e);
+            }
+        }
+    }
+}
+
+fn dot(x: &[f32], y: &[f32]) -> f32 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 #[cfg(test)]
 mod tests {
-    use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
+    use rand::SeedableRng;
 
-    use super::super::init::Init;
-    use super::super::kernel::sigmoid;
     use super::super::testing::{check_gradient, check_parts};
     use super::*;
 

@@ -7,20 +7,17 @@
 
 pub mod adam;
 pub mod archive;
-mod convolution;
 pub mod frap;
 pub mod init;
 mod kernel;
 mod product;
 pub mod sequential;
 pub mod state;
-mod tanh;
-mod tile;
 
 use std::ops::Range;
 
 pub use kernel::Activation;
-pub use tile::TILE;
+pub use sequential::TILE;
 
 use archive::{Archive, ArchiveError};
 
@@ -75,10 +72,7 @@ pub fn save(network: &impl Network, parameters: &[f32], prefix: &str, archive: &
     }
 }
 
-/// Returns the parameters of a network from an archive.
-///
-/// # Errors
-///
+/// Returns the parameters of a network; fails where a part is missing, has another shape, or a number in it is none.
 /// [`ArchiveError`] when a part is missing, has another shape, or a number in it is none.
 pub fn load(
     network: &impl Network,
@@ -93,7 +87,6 @@ pub fn load(
     Ok(parameters)
 }
 
-/// Returns weights and biases of a linear map as parts that begin at `offset`.
 fn linear_parts(name: &str, offset: usize, inputs: usize, outputs: usize) -> [Part; 2] {
     let (middle, end) = (offset + inputs * outputs, offset + (inputs + 1) * outputs);
     [

@@ -2,15 +2,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// A matrix that is read number by number.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Matrix<'a> {
-    pub(super) numbers: &'a [f32],
-    /// Distance between rows.
-    pub(super) down: usize,
-    /// Distance between columns.
-    pub(super) across: usize,
-}
+/// A matrix that is read number by number: its numbers, the distance between rows, and that between columns.
+pub(super) type Matrix<'a> = (&'a [f32], usize, usize);
 
 /// Writes `c = a b`, or adds it when `add` is set; `b` and `c` have `columns` columns and are
 /// row-major.
@@ -69,7 +62,7 @@ impl Multiply<'_> {
         row: usize,
         start: usize,
     ) {
-        let Matrix { numbers, down, across } = self.a;
+        let (numbers, down, across) = self.a;
         let width = (self.columns - start).min(V * S::F32_LANES);
         let mut sums = [[simd.splat_f32s(0.0); V]; B];
         if self.add {
@@ -97,7 +90,6 @@ impl Multiply<'_> {
     }
 }
 
-/// Loads up to `V` registers.
 #[inline(always)]
 fn load<S: Simd, const V: usize>(simd: S, from: &[f32], to: &mut [S::f32s; V]) {
     if let Ok(whole) = <&[S::f32s; V]>::try_from(S::as_simd_f32s(from).0) {
@@ -132,7 +124,7 @@ mod tests {
                             expected[r * columns + o] = before + terms.sum::<f32>();
                         }
                     }
-                    multiply(Matrix { numbers: &a, down, across }, &b, columns, &mut c, add);
+                    multiply((&a, down, across), &b, columns, &mut c, add);
                     assert_eq!(c, expected);
                 }
             }

@@ -7,11 +7,7 @@ pub trait State {
     /// Adds the state, under names that begin with a prefix.
     fn save(&self, prefix: &str, archive: &mut Archive);
 
-    /// Goes on from what [`Self::save`] added.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when it is missing or of another shape.
+    /// Goes on from what [`Self::save`] added; fails where it is missing or of another shape.
     fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
 }
 
@@ -20,11 +16,7 @@ pub trait Learned {
     /// Adds what was learned, under names that begin with a prefix.
     fn learned(&self, prefix: &str, archive: &mut Archive);
 
-    /// Takes over what [`Self::learned`] added.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when it does not fit.
+    /// Takes over what [`Self::learned`] added; fails where it does not fit.
     fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
 }
 
@@ -49,7 +41,6 @@ macro_rules! kept {
 }
 pub(crate) use kept;
 
-/// Numbers of which there are as many as before.
 impl State for Vec<f32> {
     fn save(&self, prefix: &str, archive: &mut Archive) {
         archive.put_f32(prefix, &[self.len()], self);
@@ -76,7 +67,6 @@ impl State for Vec<f64> {
     }
 }
 
-/// Several, which are numbered.
 impl<T: State> State for [T] {
     fn save(&self, prefix: &str, archive: &mut Archive) {
         let all = self.iter().enumerate();

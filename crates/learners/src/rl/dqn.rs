@@ -6,19 +6,17 @@
 //!
 //! PFRL's, which RESCO uses, is fed step by step ([`Dqn::observe`]); Stable-Baselines3's is [`super::sb3::dqn`].
 
-mod target;
-
 use basics::setting::settings;
 
-use self::target::Target;
-use super::followed::Followed;
-use super::persist::{Persist, depends_on_both};
+use super::Followed;
+use super::depends_on_both;
+use super::persist::Persist;
 use super::random::Generator;
 use super::replay::{Replay, Transition};
-use super::values::{Losses, huber, largest};
-use crate::nn::Network;
+use super::{Losses, huber, largest};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::state::{Learned, State, kept};
+use crate::nn::{Network, TILE};
 
 settings! {
     /// Hyper-parameters of `dqn`; the defaults are Stable-Baselines3's, which hardly learn this task.
@@ -144,7 +142,7 @@ impl<N: Network> Dqn<N> {
         }
     }
 
-    /// Stores a transition, and copies into the target network when it is time.
+    /// Copies into the target network when it is time.
     pub(super) fn store(&mut self, transition: &Transition<'_>) {
         self.target.forget(self.replay.push(transition));
         self.transitions += 1;
@@ -154,7 +152,6 @@ impl<N: Network> Dqn<N> {
         }
     }
 
-    /// One gradient step on a batch of stored transitions.
     pub(super) fn update(&mut self) {
         let Self { settings, learned, target, replay, places, states, output_gradient, .. } = self;
         let is_double = self.flavour == Flavour::Pfrl { double: true };
@@ -226,6 +223,87 @@ impl<N: Network> State for Dqn<N> {
         "transitions": transitions, "": learned, "replay.": replay, "": target, "draws": draws,
         "exploration": exploration,
     } }
+}
+
+/// What the target network says of stored transitions. Until its next copy that stays the same, so that it is computed once.
+#[derive(Debug, Clone, Default)]
+struct Target {
+    /// Value of the state after each stored transition; NaN where the network was not asked.
+    values: Vec<f32>,
+    /// Place up to which the network has been asked ahead.
+    ahead: usize,
+    states: Vec<f32>,
+    asked: Vec<usize>,
+    choices: Vec<usize>,
+}
+
+impl Target {
+    fn forget_all(&mut self) {
+        self.values.clear();
+        self.ahead = 0;
+    }
+
+    fn forget(&mut self, place: usize) {
+        if let Some(value) = self.values.get_mut(place) {
+            *value = f32::NAN;
+        }
+    }
+
+    /// Asks the target network for what it has not been asked since its last copy; where `is_double`, the online network
+    /// chooses the action that it values, and has changed.
+    fn value<N: Network>(
+        &mut self,
+        places: &[usize],
+        replay: &Replay,
+        learned: &mut Followed<N>,
+        is_double: bool,
+    ) {
+        let Self { values, ahead, states, asked, choices } = self;
+        values.resize(replay.len(), f32::NAN);
+        states.clear();
+        asked.clear();
+        for place in places.iter().copied() {
+            let transition = replay.get(place);
+            if transition.terminal {
+                values[place] = 0.0;
+            } else if is_double || values[place].is_nan() {
+                asked.push(place);
+                states.extend_from_slice(transition.next);
+            }
+        }
+        if asked.is_empty() {
+            return;
+        }
+        // A tile costs the same however few rows it has: ask ahead for what will be drawn later.
+        while !is_double && !asked.len().is_multiple_of(TILE) && *ahead < replay.len() {
+            let transition = replay.get(*ahead);
+            if values[*ahead].is_nan() && !transition.terminal && !asked.contains(ahead) {
+                asked.push(*ahead);
+                states.extend_from_slice(transition.next);
+            }
+            *ahead += 1;
+        }
+        let Followed { network, parameters, target, .. } = learned;
+        let actions = network.outputs();
+        choices.clear();
+        if is_double {
+            choices.extend(network.forward(parameters, states).chunks_exact(actions).map(largest));
+        }
+        let rows = network.forward(target, states).chunks_exact(actions);
+        for (i, (place, row)) in asked.iter().zip(rows).enumerate() {
+            values[*place] = row[choices.get(i).copied().unwrap_or_else(|| largest(row))];
+        }
+    }
+}
+
+/// It is computed again.
+impl State for Target {
+    fn save(&self, _: &str, _: &mut Archive) {}
+
+    fn restore(&mut self, _: &str, _: &Archive) -> Result<(), ArchiveError> {
+        self.forget_all();
+        Ok(())
+    }
 }
 
 #[cfg(test)]

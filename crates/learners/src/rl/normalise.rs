@@ -24,7 +24,7 @@ impl Normaliser {
     }
 
     /// Takes an observation into account.
-    pub fn update(&mut self, observation: &[f32]) {
+    fn update(&mut self, observation: &[f32]) {
         self.count += 1;
         let count = self.count as f64;
         for ((x, mean), squares) in observation.iter().zip(&mut self.mean).zip(&mut self.squares) {

@@ -6,6 +6,7 @@
 //! - **Minibatches** come from fresh permutations; what one leaves over goes to the next minibatch.
 //! - **Probabilities** to compare with are the network's just before the update.
 
+use super::Losses;
 use super::environment::Step;
 use super::persist::Persist;
 use super::random::Generator;
@@ -13,7 +14,6 @@ use super::sb3::actor_critic::ActorCritic;
 use super::sb3::on_policy::{Algorithm as _, Experience};
 use super::sb3::ppo::ProximalPolicy;
 use super::sb3::rollout::Rollout;
-use super::values::Losses;
 use crate::nn::Network as _;
 use crate::nn::sequential::Sequential;
 use crate::nn::state::{Learned, State, kept};
@@ -51,8 +51,7 @@ impl Ppo {
         }
     }
 
-    /// Draws an action; `generator` replaces the one of training, so that evaluation leaves that as
-    /// it is.
+    /// Draws an action; `generator` replaces the one of training, so that evaluation leaves that as it is.
     pub fn sample(&mut self, state: &[f32], generator: Option<&mut Generator>) -> usize {
         let mut action = [0.0];
         let generator = generator.unwrap_or(&mut self.sampling);
@@ -77,8 +76,7 @@ impl Ppo {
         }
     }
 
-    /// Returns mean loss and mean entropy of the gradient steps since it was last asked for; `None`
-    /// without any.
+    /// Returns mean loss and entropy of the gradient steps since it was last asked for; `None` without any.
     pub fn take_loss(&mut self) -> Option<(f64, f64)> {
         let (loss, entropy) = self.losses.take();
         loss.zip(entropy)
@@ -139,7 +137,6 @@ mod tests {
         std::array::from_fn(|i| f32::from(u8::from(i == state)))
     }
 
-    /// Five states in a row, two actions; the right end pays 1 and ends the episode.
     fn walk(ppo: &mut Ppo, decisions: usize, state: &mut usize) {
         for _ in 0..decisions {
             let action = ppo.sample(&one_hot(*state), None);

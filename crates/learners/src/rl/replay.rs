@@ -1,7 +1,7 @@
 //! A replay buffer: the latest transitions, drawn uniformly (Lin, 1992).
 
-use super::persist::spread;
 use super::random::Generator;
+use super::spread;
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::state::State;
 
@@ -36,7 +36,6 @@ impl Replay {
         Self { capacity, width, rows: Vec::new(), cursor: 0 }
     }
 
-    /// Numbers of a transition.
     fn row(&self) -> usize {
         2 * self.width + 3
     }
@@ -74,11 +73,7 @@ impl Replay {
         Transition { state, action, reward, next, terminal }
     }
 
-    /// Draws different places, as many as `places` has room for.
-    ///
-    /// # Panics
-    ///
-    /// When there are fewer transitions than that.
+    /// Draws different places, as many as `places` has room for; panics when there are fewer transitions.
     pub fn draw(&self, places: &mut [usize], generator: &mut Generator) {
         assert!(places.len() <= self.len(), "a batch is larger than the replay buffer");
         // Floyd's algorithm: every set is as likely as any other.

@@ -33,19 +33,12 @@ pub(in crate::rl) struct ActorCritic {
     joined: Vec<f32>,
 }
 
-/// What both networks say of some states.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Outputs<'a> {
-    /// Of the policy, a row per state; see [`Distribution`].
-    pub(super) policy: &'a [f32],
-    /// Logarithms of the deviations of actions.
-    pub(super) log_std: &'a [f32],
-    /// Values, one per state.
-    pub(super) values: &'a [f32],
-}
+/// What both networks say of some states: the policy a row per state, see [`Distribution`], the logarithms of the deviations
+/// of actions, and the values of the states.
+pub(super) type Outputs<'a> = [&'a [f32]; 3];
 
 impl ActorCritic {
-    /// Returns networks of hidden layers of these sizes with hyperbolic tangents.
+    /// Hidden layers have hyperbolic tangents.
     pub(super) fn new(
         width: usize,
         actions: Actions,
@@ -102,20 +95,17 @@ impl ActorCritic {
         }
     }
 
-    /// Returns where the parameters of the policy's network are, of the value's, and the logarithms of deviations.
     fn places(&self) -> [Range<usize>; 3] {
         let policy = self.policy.parameters();
         let end = policy + self.value.as_ref().map_or(0, Network::parameters);
         [0..policy, policy..end, end..self.parameters.len()]
     }
 
-    /// Returns where the parameters of the policy's network are, and where the logarithms of its deviations are.
     pub(super) fn of_policy(&self) -> [Range<usize>; 2] {
         let [policy, _, log_std] = self.places();
         [policy, log_std]
     }
 
-    /// Draws an action in a state and returns the logarithm of its probability.
     pub(in crate::rl) fn draw(
         &mut self,
         state: &[f32],
@@ -127,23 +117,20 @@ impl ActorCritic {
         self.distribution.draw(outputs, log_std, generator, action)
     }
 
-    /// Writes the most likely action in a state.
     pub(in crate::rl) fn best(&mut self, state: &[f32], action: &mut [f32]) {
         let [policy, ..] = self.places().map(|place| &self.parameters[place]);
         let outputs = &self.policy.single(policy, state)[..self.distribution.outputs()];
         self.distribution.best(outputs, action);
     }
 
-    /// Whether the policy says something of the state.
     pub(in crate::rl) fn is_alive(&mut self, states: &[f32]) -> bool {
-        let outputs = self.forward(states).policy.to_vec();
+        let outputs = self.forward(states)[0].to_vec();
         self.distribution.is_alive(&outputs)
     }
 
-    /// Returns the values of states.
     pub(in crate::rl) fn values(&mut self, states: &[f32]) -> &[f32] {
         if self.value.is_none() {
-            return self.forward(states).values;
+            return self.forward(states)[2];
         }
         let [_, of_value, _] = self.places();
         let value = self.value.as_mut().expect("it is there");
@@ -161,7 +148,6 @@ impl ActorCritic {
         }
     }
 
-    /// Returns what both networks say of the states of a minibatch.
     pub(super) fn forward(&mut self, states: &[f32]) -> Outputs<'_> {
         let [policy, of_value, log_std] = self.places().map(|place| &self.parameters[place]);
         let policy = self.policy.forward(policy, states);
@@ -173,12 +159,11 @@ impl ActorCritic {
                 self.outputs.extend_from_slice(&row[..actions]);
                 self.values.push(row[actions]);
             }
-            return Outputs { policy: &self.outputs, log_std, values: &self.values };
+            return [&self.outputs, log_std, &self.values];
         };
-        Outputs { policy, log_std, values: value.forward(of_value, states) }
+        [policy, log_std, value.forward(of_value, states)]
     }
 
-    /// Returns what the policy says of states, the logarithms of its deviations, and what both mean.
     pub(super) fn say(&mut self, states: &[f32]) -> (&[f32], &[f32], &mut Distribution) {
         let [policy, _, log_std] = self.places().map(|place| &self.parameters[place]);
         (self.policy.forward(policy, states), log_std, &mut self.distribution)
@@ -208,7 +193,6 @@ impl ActorCritic {
         self.policy.backward(&self.parameters[..policy], states, by_outputs, gradient);
     }
 
-    /// Writes the gradient of all parameters, after [`Self::forward`].
     pub(super) fn back(
         &mut self,
         states: &[f32],

@@ -11,8 +11,7 @@
 use basics::setting::settings;
 
 use super::distribution::{Distribution, Flavour};
-use super::lanes::Lanes;
-use super::{Progress, Trainer};
+use super::{Lanes, Progress, Trainer};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::state::{Learned, State, kept};
 use crate::rl::environment::Environment;
@@ -86,7 +85,6 @@ impl<E: Environment> Ars<E> {
         }
     }
 
-    /// Plays an episode with the weights that are tried; returns what it is worth.
     fn play(&mut self, seeds: &mut dyn FnMut(u32) -> u64) -> f32 {
         self.lane.begin(seeds);
         let mut total = 0.0f64;
@@ -117,7 +115,6 @@ impl<E: Environment> Ars<E> {
         self.step();
     }
 
-    /// Moves the weights by the returns of all directions.
     fn step(&mut self) {
         let (count, returns) = (self.weights.len(), &self.returns);
         let best = |k: &usize| returns[*k][0].max(returns[*k][1]);
@@ -139,7 +136,6 @@ impl<E: Environment> Ars<E> {
     }
 }
 
-/// Writes the matrix times an observation.
 fn say(weights: &[f32], observation: &[f32], outputs: &mut [f32]) {
     for (output, row) in outputs.iter_mut().zip(weights.chunks_exact(observation.len())) {
         *output = row.iter().zip(observation).map(|(w, o)| w * o).sum();

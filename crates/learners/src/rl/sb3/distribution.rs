@@ -6,9 +6,9 @@
 //!   what is learned from is the drawn one, what is done is the cut one.
 
 use crate::rl::environment::Actions;
-use crate::rl::persist::{depends_on_both, depends_on_state};
+use crate::rl::largest;
 use crate::rl::random::Generator;
-use crate::rl::values::largest;
+use crate::rl::{depends_on_both, depends_on_state};
 
 /// Half the logarithm of 2 pi.
 const HALF_LOG_TAU: f32 = 0.918_938_5;
@@ -31,7 +31,6 @@ impl Flavour {
     }
 }
 
-/// What the outputs of a policy mean.
 #[derive(Debug, Clone)]
 pub(super) struct Distribution {
     actions: Actions,
@@ -47,7 +46,6 @@ impl Distribution {
         Self { actions, flavour, probabilities: zeros.clone(), logs: zeros }
     }
 
-    /// Returns the numbers that a policy gives for a state.
     pub(super) fn outputs(&self) -> usize {
         self.actions.outputs()
     }
@@ -60,7 +58,6 @@ impl Distribution {
         }
     }
 
-    /// Computes the probabilities of numbered actions and their logarithms.
     fn weigh(&mut self, logits: &[f32]) {
         let exp = self.flavour.exp();
         let largest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
@@ -76,7 +73,6 @@ impl Distribution {
         }
     }
 
-    /// Draws an action and returns the logarithm of its probability (density).
     pub(super) fn draw(
         &mut self,
         outputs: &[f32],
@@ -100,7 +96,7 @@ impl Distribution {
         }
     }
 
-    /// Writes the most likely action, as the environment takes it.
+    /// As the environment takes it.
     pub(super) fn best(&self, outputs: &[f32], action: &mut [f32]) {
         match self.actions {
             Actions::Numbered(_) => action[0] = largest(outputs) as f32,
@@ -111,14 +107,13 @@ impl Distribution {
         }
     }
 
-    /// Cuts an action to what the environment allows.
+    /// What the environment allows.
     pub(super) fn cut(&self, action: &mut [f32]) {
         if let Actions::Continuous { limit, .. } = self.actions {
             action.iter_mut().for_each(|a| *a = a.clamp(-limit, limit));
         }
     }
 
-    /// Returns the logarithm of the probability (density) of an action.
     pub(super) fn log(&mut self, outputs: &[f32], log_std: &[f32], action: &[f32]) -> f32 {
         match self.actions {
             Actions::Numbered(_) => {
@@ -137,7 +132,6 @@ impl Distribution {
 
     /// Writes the gradient of `share * (slope * log - entropy_coefficient * entropy)` by the outputs, adds that by the
     /// logarithms of deviations, and returns the entropy.
-    ///
     /// Belongs to the last [`Self::log`], with the same outputs and action.
     #[expect(
         clippy::too_many_arguments,
@@ -213,7 +207,6 @@ impl Distribution {
     }
 
     /// Turns a move of one state's outputs into Fisher's metric times it, times `share`.
-    ///
     /// The metric belongs to [`Self::divergence`]; returns it by the logarithm of a deviation, which is the same in every state.
     pub(super) fn metric(
         &mut self,
@@ -248,7 +241,6 @@ impl Distribution {
     }
 }
 
-/// Draws an action from probabilities.
 fn draw(probabilities: &[f32], generator: &mut Generator) -> usize {
     let mut left = generator.unit() as f32;
     for (action, p) in probabilities.iter().enumerate() {
@@ -297,7 +289,6 @@ mod tests {
         assert!((3000..3350).contains(&beyond), "{beyond}");
     }
 
-    /// Numbers that differ from each other, around 0.
     fn numbers(seed: u64) -> [f32; 3] {
         let mut generator = Generator::new(seed, &[]);
         std::array::from_fn(|_| generator.normal() as f32)

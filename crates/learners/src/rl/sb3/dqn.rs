@@ -6,7 +6,7 @@
 //!   are random.
 //! - **A cut episode** has the value of the state after it.
 
-use super::lanes::Lanes;
+use super::Lanes;
 use super::off_policy::network;
 use super::{HIDDEN_LAYERS, Progress, Trainer};
 use crate::nn::Activation;
@@ -33,11 +33,7 @@ pub struct Dqn<E> {
 }
 
 impl<E: Environment> Dqn<E> {
-    /// Returns a training that has not begun.
-    ///
-    /// # Panics
-    ///
-    /// When actions are not numbered.
+    /// Returns a training that has not begun; panics when actions are not numbered.
     pub fn new(settings: Settings, environment: E, seed: u64) -> Self {
         let lane = Lanes::new(vec![environment]);
         let Actions::Numbered(actions) = lane.actions() else {
@@ -57,7 +53,6 @@ impl<E: Environment> Dqn<E> {
         }
     }
 
-    /// Returns the share of random actions now.
     fn epsilon(&self) -> f64 {
         let Settings { start_epsilon, end_epsilon, .. } = self.settings;
         if self.steps() < self.settings.learning_starts {
@@ -67,7 +62,6 @@ impl<E: Environment> Dqn<E> {
         linear_epsilon(start_epsilon, end_epsilon, span.round() as u64, self.steps())
     }
 
-    /// Plays one step.
     fn step(&mut self, seeds: &mut dyn FnMut(u32) -> u64) {
         self.lane.begin(seeds);
         self.before.copy_from_slice(self.lane.observation(0));

@@ -8,7 +8,6 @@ pub(super) mod actor_critic;
 pub mod ars;
 pub(super) mod distribution;
 pub mod dqn;
-mod lanes;
 mod off_policy;
 pub(super) mod on_policy;
 pub mod ppo;
@@ -21,7 +20,9 @@ pub mod trpo;
 
 use serde::{Deserialize, Serialize};
 
+use super::environment::{Actions, Environment, Step};
 use super::persist::Persist;
+use crate::nn::state::{State, kept};
 
 /// Hidden layers of every network.
 const HIDDEN_LAYERS: usize = 2;
@@ -84,6 +85,107 @@ pub trait Trainer: Persist {
 
     /// Writes the action that is thought best.
     fn act(&mut self, observation: &[f32], action: &mut [f32]);
+}
+
+#[derive(Debug, Clone)]
+struct Lane<E> {
+    environment: E,
+    observation: Vec<f32>,
+    /// Sum of rewards of the running episode.
+    total: f64,
+}
+
+#[derive(Debug, Clone)]
+struct Lanes<E> {
+    lanes: Vec<Lane<E>>,
+    /// Episodes begun, in all environments.
+    begun: u32,
+    /// Episodes ended since [`Self::report`], and the sums of their returns and scores.
+    ended: u32,
+    returns: f64,
+    scores: f64,
+}
+
+impl<E: Environment> Lanes<E> {
+    fn new(environments: Vec<E>) -> Self {
+        let lane = |environment: E| {
+            let observation = vec![0.0; environment.width()];
+            Lane { environment, observation, total: 0.0 }
+        };
+        Self {
+            lanes: environments.into_iter().map(lane).collect(),
+            begun: 0,
+            ended: 0,
+            returns: 0.0,
+            scores: 0.0,
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.lanes.len()
+    }
+
+    fn width(&self) -> usize {
+        self.lanes[0].environment.width()
+    }
+
+    fn actions(&self) -> Actions {
+        self.lanes[0].environment.actions()
+    }
+
+    /// Begins the first episodes, once.
+    fn begin(&mut self, seeds: &mut dyn FnMut(u32) -> u64) {
+        if self.begun == 0 {
+            for Lane { environment, observation, .. } in &mut self.lanes {
+                environment.reset(seeds(self.begun), observation);
+                self.begun += 1;
+            }
+        }
+    }
+
+    fn observation(&self, lane: usize) -> &[f32] {
+        &self.lanes[lane].observation
+    }
+
+    /// An episode that is over is followed by the next one.
+    fn step(
+        &mut self,
+        lane: usize,
+        action: &[f32],
+        after: &mut [f32],
+        seeds: &mut dyn FnMut(u32) -> u64,
+    ) -> Step {
+        let Lane { environment, observation, total } = &mut self.lanes[lane];
+        let step = environment.step(action, after);
+        *total += f64::from(step.reward);
+        if step.over() {
+            self.ended += 1;
+            self.scores += environment.score(*total);
+            self.returns += std::mem::take(total);
+            environment.reset(seeds(self.begun), observation);
+            self.begun += 1;
+        } else {
+            observation.copy_from_slice(after);
+        }
+        step
+    }
+
+    fn report(&mut self) -> Progress {
+        let episodes = std::mem::take(&mut self.ended);
+        let returns = std::mem::take(&mut self.returns);
+        let scores = std::mem::take(&mut self.scores);
+        let mean = |sum: f64| (episodes > 0).then(|| sum / f64::from(episodes));
+        let (mean_return, mean_score) = (mean(returns), mean(scores));
+        Progress { begun: self.begun, episodes, mean_return, mean_score, ..Progress::default() }
+    }
+}
+
+impl<E: Environment> State for Lane<E> {
+    kept! { State { "total": total, "observation": observation, "": environment } }
+}
+
+impl<E: Environment> State for Lanes<E> {
+    kept! { State { "episodes": begun, "lane": lanes } }
 }
 
 #[cfg(test)]

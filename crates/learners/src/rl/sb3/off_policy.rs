@@ -10,41 +10,33 @@
 //! - **Critics** are two networks of state and action (Fujimoto et al., 2018), with ReLU and PyTorch's uniform weights;
 //!   their targets follow them by a share after an update.
 
-use super::lanes::Lanes;
-use super::{Progress, Trainer};
+use super::{Lanes, Progress, Trainer};
 use crate::nn::init::Init;
 use crate::nn::sequential::Sequential;
 use crate::nn::state::{Learned, State, kept};
 use crate::nn::{Activation, Network};
+use crate::rl::Followed;
+use crate::rl::Losses;
+use crate::rl::depends_on_state;
 use crate::rl::environment::{Actions, Environment};
-use crate::rl::followed::Followed;
-use crate::rl::persist::{Persist, depends_on_state};
+use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
 use crate::rl::replay::{Replay, Transition};
-use crate::rl::values::Losses;
 
-/// Settings that all have.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Play {
-    /// Steps of the training.
     pub total_steps: u64,
     pub learning_rate: f32,
     pub adam_epsilon: f32,
     pub gamma: f32,
     pub tau: f32,
-    /// Steps in the replay buffer.
     pub buffer_size: usize,
-    /// Steps per update.
     pub batch_size: usize,
-    /// Steps before the first update, whose actions are uniform.
     pub learning_starts: u64,
-    /// Steps between two blocks of updates.
     pub train_frequency: u64,
-    /// Updates of a block.
     pub gradient_steps: u32,
 }
 
-/// Steps of an update; rows belong together.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Batch {
     /// Observations, and the same beside the actions that were taken.
@@ -97,11 +89,7 @@ pub struct OffPolicy<E, L> {
 
 impl<E: Environment, L: Learner> OffPolicy<E, L> {
     /// Returns a training that has not begun; `learner` makes what learns for observations of a width and actions of a
-    /// width.
-    ///
-    /// # Panics
-    ///
-    /// When actions are numbered.
+    /// width; panics when actions are numbered.
     pub(super) fn start(
         play: Play,
         environment: E,
@@ -129,7 +117,6 @@ impl<E: Environment, L: Learner> OffPolicy<E, L> {
         }
     }
 
-    /// Plays one step.
     fn step(&mut self, seeds: &mut dyn FnMut(u32) -> u64) {
         self.lane.begin(seeds);
         let width = self.lane.width();
@@ -148,7 +135,6 @@ impl<E: Environment, L: Learner> OffPolicy<E, L> {
         self.steps += 1;
     }
 
-    /// One update; returns the loss of the critics.
     pub(super) fn update(&mut self) -> f64 {
         let width = self.lane.width();
         let Batch { states, pairs, nexts, rewards, follows } = &mut self.batch;
@@ -228,7 +214,7 @@ pub(super) fn network(
     hidden.iter().fold(Sequential::new(inputs), layer).linear(outputs, last)
 }
 
-/// Returns such a network with PyTorch's uniform weights, drawn for a name, and its slow copy.
+/// With PyTorch's uniform weights, drawn for a name.
 pub(super) fn followed(
     network: Sequential,
     learning_rate: f32,
@@ -241,16 +227,9 @@ pub(super) fn followed(
     Followed::new(network, parameters, learning_rate, adam_epsilon)
 }
 
-/// Two critics.
 #[derive(Debug, Clone)]
 pub(super) struct Critics {
     pub(super) both: [Followed<Sequential>; 2],
-    buffers: Buffers,
-}
-
-/// Numbers of an update.
-#[derive(Debug, Clone, Default)]
-struct Buffers {
     /// What both are to become for a batch.
     targets: Vec<f32>,
     by_outputs: Vec<f32>,
@@ -274,15 +253,20 @@ impl Critics {
             let network = network(inputs, hidden, 1, Activation::None);
             followed(network, learning_rate, adam_epsilon, seed, name)
         };
-        Self { both: [one("critic0"), one("critic1")], buffers: Buffers::default() }
+        Self {
+            both: [one("critic0"), one("critic1")],
+            targets: Vec::new(),
+            by_outputs: Vec::new(),
+            by_inputs: Vec::new(),
+            by_actions: Vec::new(),
+            values: Vec::new(),
+            seen: Vec::new(),
+        }
     }
 
     /// One step of both towards reward plus `gamma` times the smaller of the slow copies' values of the pairs afterwards,
     /// less `costs`, where anything follows; returns the sum of both mean squared errors.
-    ///
-    /// # Arguments
-    ///
-    /// * `weight` — of each squared error in the loss.
+    /// `weight` is that of each squared error in the loss.
     pub(super) fn learn(
         &mut self,
         batch: &Batch,
@@ -292,8 +276,8 @@ impl Critics {
         weight: f32,
     ) -> f64 {
         let count = batch.rewards.len();
-        let Buffers { targets, by_outputs, .. } = &mut self.buffers;
-        let [first, second] = &mut self.both;
+        let Self { both, targets, by_outputs, .. } = self;
+        let [first, second] = both;
         let a = first.network.forward(&first.target, after);
         let b = second.network.forward(&second.target, after);
         targets.clear();
@@ -302,7 +286,7 @@ impl Critics {
                 batch.rewards[i] + batch.follows[i] * gamma * (a[i].min(b[i]) - costs[i])
             }));
         let mut squares = 0.0;
-        for critic in &mut self.both {
+        for critic in both {
             let values = critic.network.forward(&critic.parameters, &batch.pairs);
             by_outputs.clear();
             for (value, target) in values.iter().zip(&*targets) {
@@ -323,8 +307,8 @@ impl Critics {
         actions: usize,
         first_only: bool,
     ) -> (&[f32], &[f32]) {
-        let Buffers { by_outputs, by_inputs, by_actions, values, seen, .. } = &mut self.buffers;
-        let width = self.both[0].network.inputs();
+        let Self { both, by_outputs, by_inputs, by_actions, values, seen, .. } = self;
+        let width = both[0].network.inputs();
         let count = pairs.len() / width;
         by_inputs.resize(pairs.len(), 0.0);
         by_actions.resize(count * actions, 0.0);
@@ -332,7 +316,7 @@ impl Critics {
         by_outputs.resize(count, 1.0);
         values.clear();
         values.resize(count, f32::INFINITY);
-        for critic in &mut self.both[..if first_only { 1 } else { 2 }] {
+        for critic in &mut both[..if first_only { 1 } else { 2 }] {
             seen.clear();
             seen.extend_from_slice(critic.network.forward(&critic.parameters, pairs));
             critic.network.backward_to_inputs(&critic.parameters, by_outputs, by_inputs);

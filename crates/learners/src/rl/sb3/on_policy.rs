@@ -1,32 +1,24 @@
 //! What Stable-Baselines3's algorithms share that learn from what the policy itself has just done: environments side by
 //! side, the steps of an update, and networks of a policy and its value.
 
+use super::Lanes;
 use super::actor_critic::ActorCritic;
-use super::lanes::Lanes;
 use super::rollout::Rollout;
 use super::{Progress, Trainer};
 use crate::nn::state::{Learned, State, kept};
+use crate::rl::Losses;
 use crate::rl::environment::Environment;
 use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
-use crate::rl::values::Losses;
 
-/// How much is played between updates, and with which networks.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Play {
-    /// Steps of the training, in all environments together.
     pub(super) total_steps: u64,
-    /// Environments side by side.
     pub(super) environments: usize,
-    /// Steps per environment and update.
     pub(super) num_steps: usize,
-    /// Discount per step.
     pub(super) gamma: f32,
-    /// Discount of later errors in the advantage.
     pub(super) gae_lambda: f32,
-    /// Units of both hidden layers of either network.
     pub(super) hidden: usize,
-    /// Adam's epsilon.
     pub(super) adam_epsilon: f32,
 }
 
@@ -41,7 +33,6 @@ pub(in crate::rl) struct Experience {
 }
 
 impl Experience {
-    /// Returns networks that nothing was played with, and room for the steps of an update.
     pub(in crate::rl) fn new(
         networks: ActorCritic,
         rollout: Rollout,
@@ -95,14 +86,12 @@ impl<E: Environment + Clone, A: Algorithm> OnPolicy<E, A> {
         }
     }
 
-    /// Plays the steps of an update.
     pub(super) fn collect(&mut self, seeds: &mut dyn FnMut(u32) -> u64) {
         let Experience { networks, rollout, .. } = &mut self.experience;
         rollout.collect(networks, &mut self.lanes, &mut self.sampling, seeds);
         self.steps += rollout.len() as u64;
     }
 
-    /// Learns from the steps of an update.
     pub(super) fn update(&mut self, losses: &mut Losses) {
         let Play { gamma, gae_lambda, .. } = self.play;
         let Experience { networks, rollout, .. } = &mut self.experience;

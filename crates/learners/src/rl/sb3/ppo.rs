@@ -10,18 +10,19 @@
 //!
 //! PFRL's has other choices, see [`crate::rl::ppo`].
 
-pub(super) mod loss;
-
 use basics::setting::settings;
 use rand::seq::SliceRandom;
 
-use self::loss::{Minibatch, standardise};
 use super::Schedule;
-use super::actor_critic::ActorCritic;
+use super::actor_critic::{ActorCritic, Outputs};
 use super::distribution::{Distribution, Flavour};
 use super::on_policy::{Algorithm, Experience, OnPolicy, Play};
+use super::rollout::Batch;
+use crate::rl::Losses;
 use crate::rl::environment::Environment;
-use crate::rl::values::Losses;
+
+/// Added to the deviation that advantages are divided by.
+const DEVIATION_EPSILON: f32 = 1e-8;
 
 settings! {
     /// Hyper-parameters of `ppo`; the defaults are Stable-Baselines3's.
@@ -71,7 +72,7 @@ pub type Ppo<E> = OnPolicy<E, ProximalPolicy>;
 pub struct ProximalPolicy {
     settings: Settings,
     distribution: Distribution,
-    minibatch: Minibatch,
+    batch: Batch,
 }
 
 impl<E: Environment + Clone> Ppo<E> {
@@ -93,7 +94,7 @@ impl<E: Environment + Clone> Ppo<E> {
 impl ProximalPolicy {
     pub(in crate::rl) fn new(settings: Settings, networks: &ActorCritic) -> Self {
         let distribution = networks.distribution.clone();
-        Self { distribution, minibatch: Minibatch::default(), settings }
+        Self { distribution, batch: Batch::default(), settings }
     }
 
     /// One gradient step on the steps of these places.
@@ -104,16 +105,15 @@ impl ProximalPolicy {
         [learning_rate, clip_range]: [f32; 2],
         losses: &mut Losses,
     ) {
-        let Self { settings, distribution, minibatch } = self;
+        let Self { settings, distribution, batch } = self;
         let Experience { networks, rollout, .. } = experience;
-        minibatch.batch.gather(rollout, places);
+        batch.gather(rollout, places);
         if distribution.flavour == Flavour::StableBaselines3 && places.len() > 1 {
-            standardise(&mut minibatch.batch.advantages, places.len() as f32 - 1.0);
+            standardise(&mut batch.advantages, places.len() as f32 - 1.0);
         }
-        let outputs = networks.forward(&minibatch.batch.states);
-        minibatch.loss(distribution, outputs, settings, clip_range, losses);
-        let Minibatch { batch, by_outputs, by_log_std, by_values } = &*minibatch;
-        networks.back(&batch.states, by_outputs, by_log_std, by_values);
+        let outputs = networks.forward(&batch.states);
+        batch.loss(distribution, outputs, settings, clip_range, losses);
+        networks.back(&batch.states, &batch.by_outputs, &batch.by_log_std, &batch.by_values);
         networks.descend(learning_rate, settings.max_grad_norm);
     }
 }
@@ -157,6 +157,66 @@ impl Algorithm for ProximalPolicy {
         }
         experience.order = order;
     }
+}
+
+impl Batch {
+    fn loss(
+        &mut self,
+        distribution: &mut Distribution,
+        [policy, log_std, values]: Outputs<'_>,
+        settings: &Settings,
+        clip_range: f32,
+        losses: &mut Losses,
+    ) {
+        let count = values.len();
+        let Self { actions, logs, advantages, returns, by_outputs, by_log_std, by_values, .. } =
+            self;
+        let (width, action_width) = (policy.len() / count, actions.len() / count);
+        let share = 1.0 / count as f32;
+        by_outputs.resize(policy.len(), 0.0);
+        by_values.resize(count, 0.0);
+        by_log_std.clear();
+        by_log_std.resize(log_std.len(), 0.0);
+        let Settings { value_coefficient, entropy_coefficient, .. } = *settings;
+        let (mut surrogate, mut squares, mut entropies, mut in_turn) = (0.0, 0.0, 0.0, 0.0);
+        let rows = policy.chunks_exact(width).zip(by_outputs.chunks_exact_mut(width));
+        for (i, (outputs, gradient)) in rows.enumerate() {
+            let action = &actions[i * action_width..][..action_width];
+            let advantage = advantages[i];
+            let log = distribution.log(outputs, log_std, action);
+            let ratio = distribution.flavour.exp()(log - logs[i]);
+            let clipped = ratio.clamp(1.0 - clip_range, 1.0 + clip_range);
+            let (free, cut) = (ratio * advantage, clipped * advantage);
+            surrogate -= free.min(cut);
+            // Beyond the clip range the surrogate is flat.
+            let slope = if free <= cut { -free } else { 0.0 };
+            let entropy = distribution.gradient(
+                outputs, log_std, action, slope, entropy_coefficient, share, gradient, by_log_std,
+            );
+            entropies += entropy;
+            let error = values[i] - returns[i];
+            squares += error * error;
+            by_values[i] = share * 2.0 * value_coefficient * error;
+            in_turn +=
+                value_coefficient * error * error - free.min(cut) - entropy_coefficient * entropy;
+        }
+        // The same up to rounding.
+        let sum = match distribution.flavour {
+            Flavour::Pfrl => in_turn,
+            Flavour::StableBaselines3 => {
+                surrogate + value_coefficient * squares - entropy_coefficient * entropies
+            }
+        };
+        losses.add(f64::from(share * sum), f64::from(share * entropies));
+    }
+}
+
+/// Shifts and scales numbers to mean 0 and deviation 1; its square is the sum of squares divided by `degrees`.
+pub(super) fn standardise(numbers: &mut [f32], degrees: f32) {
+    let mean = numbers.iter().sum::<f32>() / numbers.len() as f32;
+    let squares: f32 = numbers.iter().map(|a| (a - mean) * (a - mean)).sum();
+    let scale = 1.0 / ((squares / degrees).sqrt() + DEVIATION_EPSILON);
+    numbers.iter_mut().for_each(|a| *a = (*a - mean) * scale);
 }
 
 #[cfg(test)]
@@ -240,5 +300,46 @@ mod tests {
         order.sort_unstable();
         assert!(order.iter().copied().eq(0..129));
         assert!(ppo.is_finite());
+    }
+
+    const CLIP: f32 = 0.2;
+
+    #[test]
+    fn the_loss_is_that_computed_by_hand() {
+        for flavour in [Flavour::Pfrl, Flavour::StableBaselines3] {
+            // One step, two equally likely actions, twice as likely as before: ratio 2 is cut to 1.2.
+            let mut one = Batch {
+                actions: vec![0.0],
+                logs: vec![0.25f32.ln()],
+                advantages: vec![1.0],
+                returns: vec![2.0],
+                ..Batch::default()
+            };
+            let mut distribution = Distribution::new(Actions::Numbered(2), flavour);
+            let settings = Settings {
+                entropy_coefficient: 0.3,
+                value_coefficient: 0.7,
+                ..Settings::default()
+            };
+            let outputs = [&[0.0, 0.0][..], &[], &[1.0]];
+            let mut losses = Losses::default();
+            one.loss(&mut distribution, outputs, &settings, CLIP, &mut losses);
+            let found = losses.take().0.unwrap();
+            assert!((found - (-1.2 + 0.7 - 0.3 * 2f64.ln())).abs() < 1e-6, "{found}");
+            assert_eq!((one.by_outputs[0], one.by_values[0]), (0.0, -1.4));
+            one.advantages = vec![-1.0];
+            // A bad action is pushed down however likely it has become.
+            one.loss(&mut distribution, outputs, &settings, CLIP, &mut losses);
+            assert!((one.by_outputs[0] - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn advantages_get_mean_0_and_unbiased_deviation_1() {
+        let mut numbers = [1.0, 2.0, 6.0];
+        standardise(&mut numbers, 2.0);
+        // Mean 3, squares 4 + 1 + 9, deviation sqrt(7).
+        let expected = [-2.0, -1.0, 3.0].map(|x: f32| x / 7f32.sqrt());
+        numbers.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() < 1e-6));
     }
 }

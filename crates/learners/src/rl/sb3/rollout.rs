@@ -2,10 +2,10 @@
 
 use crate::nn::state::{State, kept};
 use crate::rl::environment::{Environment, Step};
-use crate::rl::persist::spread;
 use crate::rl::random::Generator;
+use crate::rl::sb3::Lanes;
 use crate::rl::sb3::actor_critic::ActorCritic;
-use crate::rl::sb3::lanes::Lanes;
+use crate::rl::spread;
 
 /// States of one forward pass, which bounds the memory of its buffers.
 const ROWS: usize = 256;
@@ -20,7 +20,6 @@ const CUT: f32 = 2.0;
 pub(in crate::rl) struct Rollout {
     width: usize,
     num_steps: usize,
-    /// Numbers of an action.
     action_width: usize,
     /// Steps so far.
     filled: usize,
@@ -39,22 +38,23 @@ pub(in crate::rl) struct Rollout {
     after: Vec<f32>,
 }
 
-/// What learning needs of some steps.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Batch {
     pub(super) states: Vec<f32>,
     pub(super) actions: Vec<f32>,
-    /// Logarithms of the probabilities that the actions had.
     pub(super) logs: Vec<f32>,
     pub(super) advantages: Vec<f32>,
-    /// What the values are to become.
     pub(super) returns: Vec<f32>,
+    /// Gradients of a loss.
+    pub(super) by_outputs: Vec<f32>,
+    pub(super) by_log_std: Vec<f32>,
+    pub(super) by_values: Vec<f32>,
 }
 
 impl Batch {
     /// Takes the steps at these places, after [`Rollout::estimate`].
     pub(super) fn gather(&mut self, rollout: &Rollout, places: &[usize]) {
-        let Self { states, actions, logs, advantages, returns } = self;
+        let Self { states, actions, logs, advantages, returns, .. } = self;
         [&mut *states, actions, logs, advantages, returns].into_iter().for_each(Vec::clear);
         for place in places.iter().copied() {
             states.extend_from_slice(rollout.state(place));
@@ -93,7 +93,6 @@ impl Rollout {
         }
     }
 
-    /// Returns steps whose advantages and returns are known.
     #[cfg(test)]
     pub(super) fn of([states, actions, logs, advantages, returns]: [Vec<f32>; 5]) -> Self {
         let count = returns.len();
@@ -102,7 +101,6 @@ impl Rollout {
         Self { states, actions, logs, advantages, returns, ..new }
     }
 
-    /// Returns some states from all over.
     pub(in crate::rl) fn probes(&self) -> Vec<f32> {
         spread(self.filled).flat_map(|place| self.state(place)).copied().collect()
     }
@@ -115,7 +113,6 @@ impl Rollout {
         self.rewards.len()
     }
 
-    /// Plays the steps of an update.
     pub(super) fn collect<E: Environment>(
         &mut self,
         networks: &mut ActorCritic,
@@ -141,7 +138,7 @@ impl Rollout {
         self.filled = self.len();
     }
 
-    /// Adds a step that somebody else has played; returns whether the steps of an update are complete.
+    /// Of a step that somebody else has played; returns whether the steps of an update are complete.
     pub(in crate::rl) fn push(
         &mut self,
         state: &[f32],
@@ -155,7 +152,6 @@ impl Rollout {
         self.filled == self.len()
     }
 
-    /// Forgets what was pushed.
     pub(in crate::rl) fn clear(&mut self) {
         self.filled = 0;
     }
@@ -175,7 +171,6 @@ impl Rollout {
     }
 
     /// Estimates the advantage of every step (generalised, Schulman et al., 2016), and what the values are to become.
-    ///
     /// `A_t = sum_k (gamma lambda)^k (r_{t+k} + gamma V_{t+k+1} - V_{t+k})`, the sum ending with the episode or the steps.
     pub(in crate::rl) fn estimate(&mut self, networks: &mut ActorCritic, gamma: f32, lambda: f32) {
         self.returns.clear();

@@ -16,8 +16,8 @@ use crate::nn::Activation;
 use crate::nn::adam::Adam;
 use crate::nn::sequential::Sequential;
 use crate::nn::state::{Learned, State, kept};
+use crate::rl::Followed;
 use crate::rl::environment::Environment;
-use crate::rl::followed::Followed;
 use crate::rl::random::Generator;
 
 /// Range of the logarithm of a deviation.
@@ -81,7 +81,6 @@ pub struct SoftActorCritic {
     by_outputs: Vec<f32>,
 }
 
-/// Actions drawn in some states.
 #[derive(Debug, Clone, Default)]
 struct Drawn {
     /// Standard normal numbers, one per state and number of an action.
@@ -93,11 +92,7 @@ struct Drawn {
 }
 
 impl<E: Environment> Sac<E> {
-    /// Returns a training that has not begun.
-    ///
-    /// # Panics
-    ///
-    /// When actions are numbered.
+    /// Returns a training that has not begun; panics when actions are numbered.
     pub fn new(settings: Settings, environment: E, seed: u64) -> Self {
         Self::start(Play::from(&settings), environment, seed, |width, actions| {
             SoftActorCritic::new(settings, width, actions, seed)
@@ -169,13 +164,11 @@ impl SoftActorCritic {
 }
 
 impl Drawn {
-    /// Draws the noise of so many numbers.
     fn roll(&mut self, count: usize, draws: &mut Generator) {
         self.noise.clear();
         self.noise.extend((0..count).map(|_| draws.normal() as f32));
     }
 
-    /// Makes actions of outputs and noise.
     fn draw(&mut self, outputs: &[f32], states: &[f32], actions: usize) {
         self.pairs.clear();
         self.logs.clear();
@@ -267,7 +260,6 @@ mod tests {
         assert!(total > -1.2, "{total}");
     }
 
-    /// What learns, as it was before an update of Stable-Baselines3.
     fn before(settings: Settings) -> SoftActorCritic {
         let update = &updates()["sac"];
         let mut learner = SoftActorCritic::new(settings, 3, 2, 1);

@@ -13,8 +13,8 @@ use super::off_policy::{Batch, Critics, Learner, OffPolicy, Play, followed, netw
 use crate::nn::sequential::Sequential;
 use crate::nn::state::{Learned, State, kept};
 use crate::nn::{Activation, Network};
+use crate::rl::Followed;
 use crate::rl::environment::Environment;
-use crate::rl::followed::Followed;
 use crate::rl::random::Generator;
 
 settings! {
@@ -77,11 +77,7 @@ pub struct TwinDelayed {
 }
 
 impl<E: Environment> Td3<E> {
-    /// Returns a training that has not begun.
-    ///
-    /// # Panics
-    ///
-    /// When actions are numbered.
+    /// Returns a training that has not begun; panics when actions are numbered.
     pub fn new(settings: Settings, environment: E, seed: u64) -> Self {
         Self::start(Play::from(&settings), environment, seed, |width, actions| {
             TwinDelayed::new(settings, width, actions, seed)
@@ -134,7 +130,6 @@ impl TwinDelayed {
     }
 }
 
-/// Writes states and actions side by side, the number of a place being changed on the way.
 fn beside(
     states: &[f32],
     actions: &[f32],

@@ -17,7 +17,6 @@ impl Corridor {
     /// Steps after which an episode is cut.
     pub(super) const HORIZON: u32 = 20;
 
-    /// Returns a state as it is observed.
     pub(super) fn one_hot(at: usize) -> [f32; 5] {
         std::array::from_fn(|i| f32::from(u8::from(i == at)))
     }
@@ -118,11 +117,9 @@ impl State for Slider {
     }
 }
 
-/// An update of `scripts/sb3_updates.py`.
 pub(super) struct Update(serde_json::Value);
 
 impl Update {
-    /// Returns numbers by a name of parts.
     pub(super) fn numbers(&self, name: &str) -> Vec<f32> {
         let value = name.split('.').fold(&self.0, |value, part| match part.parse::<usize>() {
             Ok(place) => &value[place],
@@ -133,7 +130,6 @@ impl Update {
         all.iter().map(|n| n.as_f64().unwrap_or_else(|| panic!("no {name}")) as f32).collect()
     }
 
-    /// Checks that numbers are those of a name.
     pub(super) fn check(&self, name: &str, found: &[f32], tolerance: f32) {
         let expected = self.numbers(name);
         assert_eq!(found.len(), expected.len(), "{name}");
@@ -142,7 +138,6 @@ impl Update {
         }
     }
 
-    /// Returns the steps of an update from a replay buffer.
     pub(super) fn batch(&self) -> Batch {
         let [states, actions, nexts, rewards, follows] =
             ["states", "actions", "nexts", "rewards", "follows"].map(|name| self.numbers(name));
@@ -162,12 +157,10 @@ pub(super) fn updates() -> std::collections::BTreeMap<String, Update> {
     all.into_iter().map(|(name, update)| (name, Update(update))).collect()
 }
 
-/// Returns the steps from the left end to the right one.
 pub(super) fn play(trainer: &mut dyn Trainer) -> u32 {
     episode(&Corridor::default(), trainer).steps
 }
 
-/// Returns the sum of rewards of the first episode.
 pub(super) fn outcome<E: Environment + Clone>(environment: &E, trainer: &mut dyn Trainer) -> f64 {
     episode(environment, trainer).total
 }

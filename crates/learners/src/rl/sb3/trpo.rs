@@ -17,11 +17,11 @@ use rand::seq::SliceRandom;
 
 use super::actor_critic::ActorCritic;
 use super::on_policy::{Algorithm, Experience, OnPolicy, Play};
-use super::ppo::loss::standardise;
+use super::ppo::standardise;
 use super::rollout::Batch;
+use crate::rl::Losses;
 use crate::rl::environment::Environment;
 use crate::rl::random::Generator;
-use crate::rl::values::Losses;
 
 /// Deviation of the noise that conjugate gradients begin with.
 const START: f64 = 1e-4;
@@ -78,16 +78,12 @@ pub struct TrustRegion {
     vectors: Vectors,
 }
 
-/// All steps of an update, or some.
 #[derive(Debug, Clone, Default)]
 struct Seen {
     batch: Batch,
     /// What the policy said before the update, and the logarithms of its deviations.
     outputs: Vec<f32>,
     log_std: Vec<f32>,
-    by_outputs: Vec<f32>,
-    by_log_std: Vec<f32>,
-    by_values: Vec<f32>,
 }
 
 /// Vectors over the parameters of the policy: those of its network, then the logarithms of its deviations.
@@ -163,44 +159,44 @@ impl TrustRegion {
     /// Writes the gradient of the surrogate by the policy; returns the surrogate and the mean entropy.
     fn gradient(&mut self, experience: &mut Experience) -> (f32, f64) {
         let Experience { networks, rollout, order, .. } = experience;
-        let Seen { batch, outputs, log_std, by_outputs, by_log_std, .. } = &mut self.seen;
+        let Seen { batch, outputs, log_std } = &mut self.seen;
         let count = rollout.len();
         order.clear();
         order.extend(0..count);
         batch.gather(rollout, order);
         standardise(&mut batch.advantages, count as f32 - 1.0);
-        let said = networks.forward(&batch.states);
-        said.policy.clone_into(outputs);
-        said.log_std.clone_into(log_std);
-        by_outputs.resize(outputs.len(), 0.0);
-        by_log_std.clear();
-        by_log_std.resize(log_std.len(), 0.0);
+        let [policy, deviations, _] = networks.forward(&batch.states);
+        policy.clone_into(outputs);
+        deviations.clone_into(log_std);
+        batch.by_outputs.resize(outputs.len(), 0.0);
+        batch.by_log_std.clear();
+        batch.by_log_std.resize(log_std.len(), 0.0);
         let (width, actions) = (outputs.len() / count, batch.actions.len() / count);
         let share = 1.0 / count as f32;
         let (mut surrogate, mut entropies) = (0.0, 0.0);
-        let rows = outputs.chunks_exact(width).zip(by_outputs.chunks_exact_mut(width));
+        let rows = outputs.chunks_exact(width).zip(batch.by_outputs.chunks_exact_mut(width));
         for (place, (outputs, by_outputs)) in rows.enumerate() {
             let action = &batch.actions[place * actions..][..actions];
             let log = networks.distribution.log(outputs, log_std, action);
             let gain = libm::expf(log - batch.logs[place]) * batch.advantages[place];
             surrogate += share * gain;
-            let entropy = networks
-                .distribution
-                .gradient(outputs, log_std, action, gain, 0.0, share, by_outputs, by_log_std);
+            let entropy = networks.distribution.gradient(
+                outputs, log_std, action, gain, 0.0, share, by_outputs, &mut batch.by_log_std,
+            );
             entropies += f64::from(entropy) / count as f64;
         }
         let [network, deviations] = networks.of_policy();
         let gradient = &mut self.vectors.gradient;
         gradient.resize(network.len() + deviations.len(), 0.0);
         let (by_network, by_deviations) = gradient.split_at_mut(network.len());
-        networks.back_policy(&batch.states, by_outputs, by_network);
-        by_deviations.copy_from_slice(by_log_std);
+        networks.back_policy(&batch.states, &batch.by_outputs, by_network);
+        by_deviations.copy_from_slice(&batch.by_log_std);
         (surrogate, entropies)
     }
 
     /// Moves the value; returns its mean squared error.
     fn improve_value(&mut self, experience: &mut Experience) -> f64 {
-        let Seen { batch, by_values, .. } = &mut self.seen;
+        let batch = &mut self.seen.batch;
         let Experience { networks, rollout, shuffling, order } = experience;
         let Settings { minibatch_size, learning_rate, .. } = self.settings;
         let mut losses = Losses::default();
@@ -211,14 +207,14 @@ impl TrustRegion {
             for places in order.chunks(minibatch_size) {
                 batch.gather(rollout, places);
                 let values = networks.values(&batch.states);
-                by_values.clear();
+                batch.by_values.clear();
                 let (mut squares, share) = (0.0, 1.0 / places.len() as f32);
                 for (value, target) in values.iter().zip(&batch.returns) {
                     let error = value - target;
                     squares += f64::from(share * error * error);
-                    by_values.push(share * 2.0 * error);
+                    batch.by_values.push(share * 2.0 * error);
                 }
-                networks.descend_value(&batch.states, by_values, learning_rate);
+                networks.descend_value(&batch.states, &batch.by_values, learning_rate);
                 losses.add(squares, 0.0);
             }
         }
@@ -234,7 +230,7 @@ fn fisher(
     v: &[f32],
     product: &mut Vec<f32>,
 ) {
-    let Seen { batch: Batch { states, .. }, outputs, log_std, by_outputs, .. } = seen;
+    let Seen { batch: Batch { states, by_outputs, .. }, outputs, log_std } = seen;
     let [network, _] = networks.of_policy();
     let width = networks.distribution.outputs();
     let share = width as f32 / outputs.len() as f32;
@@ -298,7 +294,6 @@ fn judge(networks: &mut ActorCritic, seen: &Seen) -> (f32, f32) {
     (surrogate, divergence)
 }
 
-/// Returns the inner product, in double precision.
 fn dot(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
 }
