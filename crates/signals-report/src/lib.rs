@@ -6,7 +6,6 @@ mod capacity;
 mod corridors;
 mod demand;
 mod happened;
-mod hours;
 mod intersections;
 pub mod level_of_service;
 mod levels;

@@ -7,7 +7,6 @@ use minijinja::{Value, context};
 use super::answers;
 use super::corridors;
 use super::happened::happened;
-use super::hours;
 use super::intersections::{geojson, spots, table};
 use super::level_of_service::{DELAY, LEVELS, letter, range};
 use super::levels::{level_shares, levels};
@@ -24,8 +23,8 @@ use evaluation::analysis::{Analysis, LOSS, Measures, PointResult, RETURN, TaskSc
 use evaluation::report::figures::label;
 use evaluation::report::page::render;
 use evaluation::report::{
-    About, Figure, Look, Metric, Part, ReportError, Sections, Slot, Spot, Stakes, Table, Words,
-    Written, format,
+    About, Figure, Look, Metric, Part, ReportError, Sections, Slot, Spot, Table, Words, Written,
+    format,
 };
 use evaluation::stats::Limit;
 use evaluation::store::Layout;
@@ -117,10 +116,6 @@ impl Sections for TrafficSections {
 
     fn failure(&self) -> Option<Limit> {
         Some(failure())
-    }
-
-    fn stakes(&self, data: &Analysis) -> Option<Stakes> {
-        hours::stakes(data)
     }
 
     fn look(&self, method: &str) -> Option<Look> {

@@ -65,10 +65,6 @@ pub struct Joined {
     pub sample: usize,
     /// What differs between the runs, a sentence each.
     pub differences: Vec<String>,
-    /// Versions of the simulator, where there are several.
-    pub simulators: Vec<String>,
-    /// Methods that several runs have with other records: the name, and what it is called under each of them.
-    pub apart: Vec<(String, Vec<String>)>,
     /// How many episodes are equal of methods that several runs have, a sentence each.
     pub repeated: Vec<String>,
 }
@@ -153,15 +149,9 @@ pub fn join(sources: Vec<Source>, known: Known<'_>) -> Result<Joined, AnalysisEr
     let columns = columns(&sources, &evaluated);
     let repeated = repeated(&sources, &evaluated);
     let results = side_by_side(&sources, sample, &columns, &seeds);
-    let apart = apart(&columns);
     let mut differences = differences(&sources, known);
     differences.extend(unequal(&sources, sample, &seeds));
-    let simulators: BTreeSet<&String> = sources.iter().map(|s| &s.identity().simulator).collect();
-    let simulators = match simulators.len() {
-        1 => Vec::new(),
-        _ => simulators.into_iter().cloned().collect(),
-    };
-    Ok(Joined { results, sample, differences, simulators, apart, repeated, sources })
+    Ok(Joined { results, sample, differences, repeated, sources })
 }
 
 fn refused<T>(text: String) -> Result<T, AnalysisError> {
@@ -543,7 +533,9 @@ fn differences(sources: &[Source], known: Known<'_>) -> Vec<String> {
         let several = sources.iter().map(value).collect::<BTreeSet<_>>().len() > 1;
         found.extend(several.then(|| format!("{what}: {}", each(sources, value))));
     };
-    add("Simulator", &|s| s.identity().simulator.clone());
+    add("Simulator, whose effect differences between methods of different runs contain", &|s| {
+        s.identity().simulator.clone()
+    });
     add("Build of tsc-family", &|s| {
         format!("{} (git {})", s.identity().tsc_family, s.results.manifest.provenance.git)
     });
@@ -645,18 +637,6 @@ fn unequal(sources: &[Source], sample: usize, seeds: &[u64]) -> Vec<String> {
             "Sample: {} grew in looks until enough was known, so all intervals are wider and hold over all its looks",
             sources[sample].name
         ));
-    }
-    found
-}
-
-/// Returns the methods that several runs have with other records.
-fn apart(columns: &[Column]) -> Vec<(String, Vec<String>)> {
-    let mut found: Vec<(String, Vec<String>)> = Vec::new();
-    for column in columns.iter().filter(|c| c.name != c.method) {
-        match found.iter_mut().find(|(method, _)| *method == column.method) {
-            Some((_, names)) => names.push(column.name.clone()),
-            None => found.push((column.method.clone(), vec![column.name.clone()])),
-        }
     }
     found
 }

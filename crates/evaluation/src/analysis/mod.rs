@@ -41,7 +41,6 @@ pub use board::{Board, BoardPoint};
 pub use comparison::{Comparison, FEWEST_SEEDS_FOR_PLACES};
 pub use episodes::EpisodeSummary;
 pub use error::AnalysisError;
-pub use family_share::FamilyShare;
 pub use measures::{Measures, NoMeasures, Regime, Share};
 pub use method::{MethodSummary, TuningSummary};
 pub use mix::{Mix, MixPoint};

@@ -3,12 +3,12 @@
 
 use minijinja::{Value, context};
 
-use super::choice::{choices, dash, decided, probability};
 use super::error::ReportError;
 use super::figures::shown;
 use super::first::FEW_SEEDS;
 use super::page::render;
 use super::sections::Spot;
+use super::sure::certain;
 use super::whole::Report;
 use super::words::limit_in_words;
 use super::{format, text};
@@ -43,12 +43,6 @@ fn values(data: &Report) -> Value {
     let (is_placed, linked) =
         (placed.is_some(), placed.iter().flatten().any(|spot| spot.dot.is_some()));
     let spots = placed.unwrap_or_else(|| data.points.iter().map(|p| of_point(data, p)).collect());
-    let mut row_of: Vec<Option<usize>> = vec![None; data.points.len()];
-    for (row, spot) in spots.iter().enumerate() {
-        if let Some(of_point) = spot.point.and_then(|point| row_of.get_mut(point)) {
-            of_point.get_or_insert(row);
-        }
-    }
     let columns = &data.manifest.identity.features;
     let first = if is_placed { data.words.instance.as_str() } else { "point MDP" };
     let probable = data.winners.iter().flatten().any(|w| w.probability.is_some());
@@ -58,16 +52,10 @@ fn values(data: &Report) -> Value {
         first => format::capitalised(first),
         linked,
         amount => data.words.amount.as_str(),
-        heading => data.words.heading(),
         unit => data.words.unit.as_str(),
-        unit_in_full => data.words.unit_in_full.as_str(),
         met => data.words.met.as_str(),
         instance => data.words.instance.as_str(),
         resamples => RESAMPLES,
-        worst_is => format::capitalised(match data.direction().is_lower() {
-            true => data.words.sizes[2].as_str(),
-            false => "worst",
-        }),
         seeds => data.manifest.identity.evaluation_seeds.len(),
         few => data.manifest.identity.evaluation_seeds.len() < FEW_SEEDS,
         replicated => data.manifest.identity.replicates > 1,
@@ -79,7 +67,6 @@ fn values(data: &Report) -> Value {
         features => columns.iter().map(heading).collect::<Vec<_>>(),
         count => spots.len(),
         rows => spots.iter().enumerate().map(|(i, s)| row(data, i, s)).collect::<Vec<_>>(),
-        choices => choices(data, &row_of),
     }
 }
 
@@ -152,4 +139,21 @@ fn row(data: &Report, number: usize, spot: &Spot) -> Value {
         values => (0..methods.len()).map(value).collect::<Vec<_>>(),
         features => known.chain((0..missing).map(|_| dash())).collect::<Vec<_>>(),
     }
+}
+
+/// Returns the probability of a winner in words.
+fn probability(winner: Option<&Winner>) -> String {
+    winner.and_then(|w| w.probability).map_or_else(dash, certain)
+}
+
+/// Says whether the leads of a winner are more than chance.
+fn decided(winner: Option<&Winner>) -> String {
+    match winner {
+        Some(w) if w.lead.is_some() => if w.is_decided { "yes" } else { "open" }.to_owned(),
+        _ => dash(),
+    }
+}
+
+pub(super) fn dash() -> String {
+    "\u{2013}".to_owned()
 }

@@ -3,6 +3,7 @@
 use minijinja::value::merge_maps;
 use minijinja::{HtmlEscape, Value, context};
 
+use super::all::dash;
 use super::curves::{FEW_TRAININGS, common_points};
 use super::divisor::baseline_in_full;
 use super::error::ReportError;
@@ -228,10 +229,6 @@ fn summaries(data: &Report, m: &MethodSummary) -> Vec<Value> {
         }
     };
     all.into_iter().map(value).collect()
-}
-
-fn dash() -> String {
-    "\u{2013}".to_owned()
 }
 
 fn share(share: Option<f64>) -> String {

@@ -113,19 +113,6 @@ pub struct Spot {
     pub withheld: Option<&'static str>,
 }
 
-/// What differences in the objective amount to, where more depends on some point MDPs than on others.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Stakes {
-    /// What they amount to, as a heading.
-    pub heading: String,
-    /// Its unit below that.
-    pub unit: String,
-    /// How it comes from a difference in the objective: the end of a sentence.
-    pub from: String,
-    /// By what a difference is multiplied, in the order of [`Analysis::points`]; `None` where that is not known.
-    pub factors: Vec<Option<f64>>,
-}
-
 /// Files that a domain wrote.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Written {
@@ -168,13 +155,6 @@ pub trait Sections: std::fmt::Debug + Sync {
 
     /// Returns what it counts as a failure of a method on a point MDP.
     fn failure(&self) -> Option<Limit> {
-        None
-    }
-
-    /// Returns what differences in the objective amount to; `None` where no point MDP has more at stake than others, or
-    /// that is not known.
-    fn stakes(&self, data: &Analysis) -> Option<Stakes> {
-        let _ = data;
         None
     }
 

@@ -110,50 +110,13 @@ fn two_sides(data: &Report, m: &MethodSummary) -> Option<String> {
     if better.is_empty() || worse.is_empty() {
         return None;
     }
-    let noun = &data.words.noun;
-    let [small, large, _] = &data.words.sizes;
-    let gains = if lower { "saves" } else { "gains" };
-    let ratio = m.summaries.ratio_of_means.map(|r| r.value);
-    // Which of the two the ratio of means follows: where there is much of it.
-    let more = match (m.overall, ratio) {
-        (Some(score), Some(ratio)) if score < 1.0 && ratio > 1.0 => {
-            let (here, there) = if lower { (gains, "loses") } else { ("loses", gains) };
-            format!(
-                ", that is {} more mean {noun}: it {here} where {noun} is {small} and {there} where it is {large}",
-                format::percent(ratio - 1.0)
-            )
-        }
-        (Some(score), Some(ratio)) if score > 1.0 && ratio < 1.0 => {
-            let (here, there) = if lower { ("loses", gains) } else { (gains, "loses") };
-            format!(
-                ", that is {} less mean {noun}: it {here} where {noun} is {small} and {there} where it is {large}",
-                format::percent(1.0 - ratio)
-            )
-        }
-        _ => format!(": {}", deciders(data, m)),
-    };
     Some(format!(
-        "Summaries of {} disagree: better than {} by {}, worse by {}{more}.",
+        "Summaries of {} disagree: better than {} by {}, worse by {}.",
         m.method,
         data.reference.in_short(),
         better.join(", "),
         worse.join(", "),
     ))
-}
-
-/// Says on how much of the family it is that a score lies beyond 1, which summaries do not agree on.
-fn deciders(data: &Report, m: &MethodSummary) -> String {
-    let direction = data.direction();
-    let is_worse = m.overall.is_some_and(|score| direction.is_worse(score, 1.0));
-    let extent = data.extent(|p| {
-        let score = p.results[m.index].as_ref().and_then(|r| r.score);
-        score.is_some_and(|score| match is_worse {
-            true => direction.is_worse(score, 1.0),
-            false => direction.is_worse(1.0, score),
-        })
-    });
-    let much = extent.in_words(&data.words.instance, format::percent);
-    format!("what decides is {much} where it is {}", if is_worse { "worse" } else { "better" })
 }
 
 /// Says the order by the ratio of means where it is another one than that by score.

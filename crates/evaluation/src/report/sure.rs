@@ -5,11 +5,11 @@ use minijinja::{Value, context};
 use super::error::ReportError;
 use super::figure::Figure;
 use super::figures::label;
+use super::format;
 use super::page::render;
 use super::table::{Cell, Columns, Table};
 use super::whole::Report;
-use super::{format, text};
-use crate::analysis::{Decided, FEWEST_SEEDS_FOR_PLACES, Pair};
+use crate::analysis::{Decided, FEWEST_SEEDS_FOR_PLACES, MethodSummary, Pair};
 use crate::stats::bootstrap::RESAMPLES;
 
 const TEMPLATE: &str = include_str!("templates/sure.html");
@@ -56,12 +56,8 @@ fn values(data: &Report, figures: &[Figure]) -> Value {
         answer => answer(data),
         covers => covers(data),
         met => data.words.met.as_str(),
-        better => data.better(),
         resamples => data.manifest.identity.sample.resamples(RESAMPLES),
         ranks => figure("ranks"),
-        profiles => figure("profiles"),
-        is_relative => !data.reference.is_none(),
-        of => data.reference.in_short(),
         pairs => self::pairs(data, pairs.iter().filter(neighbours)).html(&caption),
         all_pairs => many.then(|| {
             self::pairs(data, pairs).html("Every pair of methods, the better one first.")
@@ -106,6 +102,30 @@ pub(super) fn pairs<'a>(data: &'a Report, pairs: impl IntoIterator<Item = &'a Pa
         .text("better", "better", better)
         .text("against", "", |_| data.reference.name.clone());
     columns.table(pairs)
+}
+
+/// Returns the probability of every place, a row per method and place.
+pub(super) fn places(data: &Report) -> Table {
+    let all = data.comparison.ranks.iter().flatten().zip(&data.methods);
+    let rows = all.flat_map(|(of, m)| of.iter().enumerate().map(move |(place, p)| (m, place, *p)));
+    Columns::new()
+        .text("method", "", |(m, ..): &(&MethodSummary, usize, f64)| m.method.clone())
+        .file("rank", |(_, place, _)| Cell::count(place + 1))
+        .file("probability", |(.., p)| Cell::exact(*p))
+        .text("against", "", |_| data.reference.name.clone())
+        .table(rows)
+}
+
+/// Returns the performance profiles, a row per method and score.
+pub(super) fn profiles(data: &Report) -> Table {
+    let all = data.comparison.profiles.iter();
+    let rows = all.flat_map(|p| p.steps.iter().map(|(score, share)| (p.method, *score, *share)));
+    Columns::new()
+        .text("method", "", |(m, ..): &(usize, f64, f64)| data.methods[*m].method.clone())
+        .file("score", |(_, score, _)| Cell::exact(*score))
+        .file("share", |(.., share)| Cell::exact(*share))
+        .text("against", "", |_| data.reference.name.clone())
+        .table(rows)
 }
 
 /// Says who is first and how sure that is, and which pairs are open.
@@ -181,42 +201,13 @@ fn covers(data: &Report) -> String {
     if !repeated.is_empty() {
         causes.push(format!("the luck of the trainings of {}", repeated.join(", ")));
     }
-    let mut text = match causes.is_empty() {
-        true => "One seed on every point MDP of a family does not show chance. Differences and profiles are those of \
-        the records, without probabilities.".to_owned(),
-        false => format!(
-            "Probabilities and intervals cover only {}.",
+    match causes.is_empty() {
+        true => "One seed on every point MDP of a family does not show chance.".to_owned(),
+        false if seeds < FEWEST_SEEDS_FOR_PLACES => format!(
+            "Probabilities and intervals cover only {}. Probabilities of places need at least {FEWEST_SEEDS_FOR_PLACES} evaluation \
+             seeds.",
             causes.join(" and ")
         ),
-    };
-    if !causes.is_empty() && seeds < FEWEST_SEEDS_FOR_PLACES {
-        text.push_str(&format!(
-            " Probabilities of places need at least {FEWEST_SEEDS_FOR_PLACES} evaluation seeds."
-        ));
+        false => format!("Probabilities and intervals cover only {}.", causes.join(" and ")),
     }
-    if evaluated < data.points.len() {
-        text.push_str(" Missing results are assumed to be missing at random.");
-    }
-    if whole && !causes.is_empty() {
-        text.push_str(" All point MDPs were evaluated, so their choice adds no chance.");
-    }
-    let tuned = text::once(data, false);
-    if !tuned.is_empty() {
-        let names = format!("once per point MDP: {}", tuned.join(", "));
-        text.push_str(&match whole {
-            true => format!(" They do not cover the luck of tuning ({names})."),
-            false => format!(
-                " They cover the luck of tuning ({names}) only as far as it differs between point MDPs."
-            ),
-        });
-    }
-    let learned = text::once(data, true);
-    if !learned.is_empty() {
-        text.push_str(&format!(
-            " They take all that neighbouring point MDPs differ by for the luck of training of {} (once per point MDP), \
-             so they are too wide where trainings go well alike, and too narrow where some fail by chance.",
-            learned.join(", ")
-        ));
-    }
-    text
 }

@@ -3,7 +3,6 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use super::runs::differences;
 use super::sections::Sections;
 use super::titles::{differ, with_id};
 use super::words::Words;
@@ -70,11 +69,10 @@ impl Report {
     /// Returns a report that compares several runs.
     pub fn joined(joined: Joined, sections: Box<dyn Sections>) -> Self {
         let mut report = Self::new(&joined.results, sections);
-        let differences = differences(&report, &joined);
+        let Joined { sources, differences, repeated, .. } = joined;
         let of = |s: Source| (s.name, s.path, s.results.manifest);
-        let repeated = joined.repeated;
-        let sources = joined.sources.into_iter().map(of).collect();
-        report.runs = Some(Runs { sources, differences, repeated });
+        report.runs =
+            Some(Runs { sources: sources.into_iter().map(of).collect(), differences, repeated });
         report
     }
 

@@ -6,7 +6,7 @@ use super::error::ReportError;
 use super::models::write_models;
 use super::table::Table;
 use super::whole::Report;
-use super::{compared, csv, curves, figures, html, mix, profiles, ranks, summaries, sure, text};
+use super::{csv, curves, figures, html, mix, ranks, summaries, sure, text};
 use crate::store::Layout;
 use basics::files::{make_folder_beneath, write_atomically};
 
@@ -59,7 +59,6 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
     let general = [
         figures::overall(data),
         ranks::ranks(data),
-        profiles::profiles(data),
         figures::distribution(data),
         curves::learning(data),
     ];
@@ -88,8 +87,8 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
     let tables = [
         ("summary.csv", Some(data.ranking().csv())),
         ("pairs.csv", Some(sure::pairs(data, &data.comparison.pairs).csv())),
-        ("ranks.csv", Some(compared::ranks(data))),
-        ("profiles.csv", Some(compared::profiles(data))),
+        ("ranks.csv", Some(sure::places(data).csv())),
+        ("profiles.csv", Some(sure::profiles(data).csv())),
         ("mix.csv", data.mix.as_ref().map(|mix| mix::table(data, mix).csv())),
         ("episodes.csv", Some(csv::episodes(data))),
         ("learning.csv", curves::table(data)),
