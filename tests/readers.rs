@@ -21,7 +21,7 @@ use readers::{READERS, Reader};
 
 /// Returns the number of mutations of all seeds of a reader together.
 fn mutations() -> usize {
-    if is_nightly() { 12_000 } else { 600 }
+    if is_nightly() { 12_000 } else { 300 }
 }
 
 /// Most bytes of a mutation.
