@@ -2,17 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use super::folder::REPORT;
+use super::folder::{REPORT, check_file};
 use super::found::{found, is_run};
-use super::leaderboard;
 use super::output::{line, note};
 use super::report::{MixArgs, print, show};
 use super::target::Target;
-use crate::analysis::joined::{Known, Source, join, obstacle};
-use crate::analysis::leaderboard::settings;
+use crate::analysis::joined::{Known, Source, join, obstacle, settings};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains;
+use crate::files::write_atomically;
+use crate::report::leaderboard::{json, leaderboard, markdown};
 use crate::report::{Report, Runs, text};
 use crate::store::Layout;
 use crate::store::results::Results;
@@ -53,28 +53,18 @@ pub struct CompareArgs {
 
 pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
     if args.leaderboard {
-        return leaderboard::run(args);
+        return rank_all(args);
     }
     let target = args.out.as_ref().map(|out| Target::new(out, out.clone(), Some(out)));
     target.iter().try_for_each(|target| target.check(&REPORT))?;
-    let read = |path: &Path| -> anyhow::Result<(String, Results)> {
-        Ok((path.display().to_string(), Results::load(&Layout::new(path))?))
-    };
     let (given, folders): (Vec<&PathBuf>, Vec<&PathBuf>) =
         args.results.iter().partition(|path| is_run(path) || !path.is_dir());
     let mut runs: Vec<(String, Results)> =
         given.into_iter().map(|path| read(path)).collect::<Result<_, _>>()?;
-    let domain = runs.first().and_then(|(_, results)| {
-        let name = &results.manifest.identity.domain;
-        domains::domains().into_iter().find(|domain| domain.name() == name)
-    });
-    let methods: Vec<&str> = domain.iter().flat_map(|d| d.methods()).map(|m| m.name).collect();
-    let known = Known {
-        methods: &methods,
-        episodes: domain.map_or(&[][..], |domain| domain.episode_sections()),
-    };
-    let left_out = add_fitting(&mut runs, &folders, &read, known)?;
-    let joined = join(Source::named(runs), known)?;
+    let domain = runs.first().map(|(_, results)| results.manifest.identity.domain.clone());
+    let known = known(&domain.unwrap_or_default());
+    let left_out = add_fitting(&mut runs, &folders, &known)?;
+    let joined = join(Source::named(runs), &known)?;
     let layout = Layout::new(&joined.sources[joined.sample].path);
     let sections = domains::sections(&layout, &joined.results)?;
     let data = args.mix.applied(Report::joined(joined, sections))?;
@@ -95,50 +85,57 @@ pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
     Ok(exit::DONE)
 }
 
+fn read(path: &Path) -> anyhow::Result<(String, Results)> {
+    Ok((path.display().to_string(), Results::load(&Layout::new(path))?))
+}
+
+/// Returns what a comparison must know of a domain.
+fn known(domain: &str) -> Known {
+    let domain = domains::domains().into_iter().find(|known| known.name() == domain);
+    domain.map_or_else(Known::default, |domain| Known {
+        methods: domain.methods().iter().map(|method| method.name).collect(),
+        episodes: domain.episode_sections(),
+    })
+}
+
 /// Adds the runs in folders that can be compared with the first one on all its point MDPs, under the same settings of all
 /// methods; returns why others are left out.
 fn add_fitting(
     runs: &mut Vec<(String, Results)>,
     folders: &[&PathBuf],
-    read: &dyn Fn(&Path) -> anyhow::Result<(String, Results)>,
-    known: Known<'_>,
+    known: &Known,
 ) -> anyhow::Result<Vec<String>> {
     let mut left_out = Vec::new();
-    let folders: Vec<PathBuf> = folders.iter().map(|folder| (*folder).clone()).collect();
-    let Some((path, results)) = runs.first().filter(|_| !folders.is_empty()) else {
-        return Ok(left_out);
-    };
+    let Some(first) = runs.first().filter(|_| !folders.is_empty()) else { return Ok(left_out) };
     let source = |(path, results): &(String, Results)| Source {
         name: path.clone(),
         path: path.clone(),
         results: results.clone(),
     };
-    let first = source(&(path.clone(), results.clone()));
+    let first = source(first);
     let mut taken: Vec<String> = runs.iter().map(|(_, results)| results.sha256.clone()).collect();
+    let folders: Vec<PathBuf> = folders.iter().map(|folder| (*folder).clone()).collect();
     for path in found(&folders)? {
         let run = read(&path)?;
-        let other = source(&run);
         if taken.contains(&run.1.sha256) {
             continue;
         }
-        if let Some(reason) = obstacle(&first, &other, known) {
+        let other = source(&run);
+        let others = settings(&first, &other, known);
+        let reason = match obstacle(&first, &other, known) {
             // The way out is for who asked for this very run.
-            let reason = reason.to_string();
-            let reason = reason.split(';').next().unwrap_or_default();
-            left_out.push(format!("{} is left out: {reason}", run.0));
-            continue;
-        }
-        let settings = settings(&first, &other, known);
-        if !settings.is_empty() {
-            left_out.push(format!(
-                "{} is left out: its settings are others ({}); name the run itself to have it too",
-                run.0,
-                settings.join(", ")
-            ));
-            continue;
-        }
-        taken.push(run.1.sha256.clone());
-        runs.push(run);
+            Some(e) => e.to_string().split(';').next().unwrap_or_default().to_owned(),
+            None if others.is_empty() => {
+                taken.push(run.1.sha256.clone());
+                runs.push(run);
+                continue;
+            }
+            None => format!(
+                "its settings are others ({}); name the run itself to have it too",
+                others.join(", ")
+            ),
+        };
+        left_out.push(format!("{} is left out: {reason}", run.0));
     }
     if let [(first, _)] = &runs[..] {
         left_out.into_iter().for_each(note);
@@ -151,6 +148,41 @@ fn add_fitting(
         .into());
     }
     Ok(left_out)
+}
+
+/// Ranks all methods of many results directories on one page.
+fn rank_all(args: &CompareArgs) -> anyhow::Result<u8> {
+    if let Some(path) = &args.out {
+        check_file(path, "--out", &[b"# Leaderboard"], "leaderboard")?;
+    }
+    let mut runs = Vec::new();
+    for path in found(&args.results)? {
+        let (name, results) = read(&path)?;
+        let analysis = domains::analysis(&Layout::new(&path), &results)?;
+        runs.push((Source { path: name.clone(), name, results }, analysis));
+    }
+    let tables = leaderboard(runs, &known);
+    if args.json {
+        json(&tables).into_iter().try_for_each(line)?;
+        return Ok(exit::DONE);
+    }
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let page = absolute(args.out.as_deref().unwrap_or(Path::new("page")));
+    // Links are paths as seen from the page.
+    let link = |path: &str| {
+        let whole = absolute(Path::new(path));
+        let seen = page.parent().and_then(|folder| whole.strip_prefix(folder).ok());
+        seen.map_or_else(|| path.to_owned(), |seen| seen.display().to_string())
+    };
+    let text = markdown(&tables, &link);
+    match &args.out {
+        None => line(text.trim_end())?,
+        Some(path) => {
+            write_atomically(path, text.as_bytes())?;
+            note(format!("leaderboard: {}", path.display()));
+        }
+    }
+    Ok(exit::DONE)
 }
 
 /// Prints what differs between runs, and which episodes they share.

@@ -16,7 +16,6 @@ mod folder;
 mod found;
 mod interrupt;
 mod json;
-mod leaderboard;
 mod list;
 mod local_run;
 mod monitor;

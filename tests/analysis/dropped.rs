@@ -7,7 +7,8 @@ use std::path::Path;
 
 use crate::made_up::{evaluations, manifest, reported, words, write_results};
 use tsc_family::analysis::joined::{Known, Source};
-use tsc_family::analysis::leaderboard::leaderboard;
+use tsc_family::report::leaderboard::leaderboard;
+
 use tsc_family::domains;
 use tsc_family::report::{self, text};
 use tsc_family::sample::{Draw, Growth, Look, Sampling, Until};
@@ -210,10 +211,10 @@ fn who_failed_in_a_run_with_looks_has_no_place_on_the_leaderboard() {
     let results = Results::load(&layout).unwrap();
     let analysis = domains::analysis(&layout, &results).unwrap();
     let source = Source { name: "run".into(), path: "run".into(), results };
-    let known = |_: &str| Known { methods: &[], episodes: &[] };
+    let known = |_: &str| Known::default();
     let tables = leaderboard(vec![(source, analysis)], &known);
     let rows = &tables[0].rows;
-    let place = |method: &str| rows.iter().find(|row| row.method == method).unwrap().places;
+    let place = |method: &str| rows.iter().find(|row| row.method == method).unwrap().first_place;
     assert!(place("fixed-time").is_some() && place("ippo").is_some(), "it dropped out");
     assert_eq!(place("idqn"), None);
 }

@@ -16,7 +16,7 @@ use serde_json::Value;
 
 use super::error::AnalysisError;
 use super::training::learned;
-use crate::store::difference::flat;
+use crate::store::difference::{differing, flat};
 use crate::store::manifest::{Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::own::OwnMethod;
 use crate::store::record::{Metrics, Record};
@@ -31,8 +31,11 @@ const SAME: f64 = 1e-9;
 /// Sections of settings that say how a family is made. Its point MDPs are compared themselves.
 const OF_FAMILY: [&str; 4] = ["family", "name", "title", "version"];
 
+/// Settings that name a family or say where its tables are.
+const NAMES: [&str; 5] = ["name", "title", "version", "family.approaches", "family.points"];
+
 /// Section of settings that only methods that learn read.
-pub(super) const OF_LEARNERS: &str = "training";
+const OF_LEARNERS: &str = "training";
 
 /// A run that is compared.
 #[derive(Debug, Clone)]
@@ -46,12 +49,12 @@ pub struct Source {
 }
 
 /// What a comparison must know of the domain.
-#[derive(Debug, Clone, Copy)]
-pub struct Known<'a> {
+#[derive(Debug, Clone, Default)]
+pub struct Known {
     /// Names of its methods: settings in the section of one are read by that method alone.
-    pub methods: &'a [&'a str],
+    pub methods: Vec<&'static str>,
     /// Sections of settings that decide what all methods meet in an episode.
-    pub episodes: &'a [&'a str],
+    pub episodes: &'static [&'static str],
 }
 
 /// Several runs as one.
@@ -80,34 +83,28 @@ struct Column {
 }
 
 impl Source {
-    /// Names runs by the last parts of their paths: as many as it takes to tell them apart.
+    /// Names runs by the last parts of their paths: as many as it takes to tell them apart; else by numbers.
     pub fn named(runs: Vec<(String, Results)>) -> Vec<Self> {
-        let most = runs.iter().map(|(path, _)| parts(path).len()).max().unwrap_or(1);
+        let most = runs.iter().map(|(path, _)| Path::new(path).components().count()).max();
         let names = |length: usize| -> Vec<String> {
             runs.iter().map(|(path, _)| last_parts(path, length)).collect()
         };
-        let distinct =
-            |names: &Vec<String>| names.iter().collect::<BTreeSet<_>>().len() == names.len();
-        let named = (1..=most).map(names).find(distinct);
+        let distinct = |names: &Vec<String>| BTreeSet::from_iter(names).len() == names.len();
+        let named = (1..=most.unwrap_or(1)).map(names).find(distinct);
         let numbered = || (1..=runs.len()).map(|n| n.to_string()).collect();
         let names = named.unwrap_or_else(numbered);
         let source = |((path, results), name)| Self { name, path, results };
         runs.into_iter().zip(names).map(source).collect()
     }
 
-    pub(super) fn identity(&self) -> &Identity {
+    pub(crate) fn identity(&self) -> &Identity {
         &self.results.manifest.identity
     }
 }
 
-fn parts(path: &str) -> Vec<String> {
-    let parts = Path::new(path).components();
-    parts.map(|part| part.as_os_str().to_string_lossy().into_owned()).collect()
-}
-
 /// Returns the last parts of a path as a name that may be part of a method's.
 fn last_parts(path: &str, length: usize) -> String {
-    let parts = parts(path);
+    let parts: Vec<_> = Path::new(path).iter().map(|part| part.to_string_lossy()).collect();
     let last = parts[parts.len().saturating_sub(length)..].join("-");
     let safe = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
     last.chars().map(safe).collect()
@@ -118,7 +115,7 @@ fn last_parts(path: &str, length: usize) -> String {
 /// # Errors
 ///
 /// [`AnalysisError`] with the reason and the way out where they cannot be compared.
-pub fn join(sources: Vec<Source>, known: Known<'_>) -> Result<Joined, AnalysisError> {
+pub fn join(sources: Vec<Source>, known: &Known) -> Result<Joined, AnalysisError> {
     let first = match &sources[..] {
         [first, _, ..] => first,
         _ => {
@@ -159,11 +156,7 @@ fn refused<T>(text: String) -> Result<T, AnalysisError> {
 }
 
 /// Refuses two runs whose methods did not have the same task.
-pub(super) fn check_together(
-    a: &Source,
-    b: &Source,
-    known: Known<'_>,
-) -> Result<(), AnalysisError> {
+pub(crate) fn check_together(a: &Source, b: &Source, known: &Known) -> Result<(), AnalysisError> {
     let (one, other) = (a.identity(), b.identity());
     let preset = |i: &Identity| i.settings["preset"].as_str().unwrap_or("not set").to_owned();
     let of = |what: &str, value: &dyn Fn(&Identity) -> String, way_out: &str| {
@@ -183,7 +176,7 @@ pub(super) fn check_together(
     )?;
     of("the baseline is", &|i| i.baseline.clone(), families)?;
     let decides = |key: &str| known.episodes.contains(&section(key));
-    if let Some((key, values)) = settings([a, b]).into_iter().find(|(key, _)| decides(key)) {
+    if let Some((key, values)) = values([a, b]).into_iter().find(|(key, _)| decides(key)) {
         let way_out = "with another value, episodes of the same seed are not the same; run one of them again with the \
                        value of the other";
         return refused(format!(
@@ -199,7 +192,7 @@ pub(super) fn check_together(
 /// # Arguments
 ///
 /// * `first` — whose point MDPs count.
-pub fn obstacle(first: &Source, other: &Source, known: Known<'_>) -> Option<AnalysisError> {
+pub fn obstacle(first: &Source, other: &Source, known: &Known) -> Option<AnalysisError> {
     let together = check_together(first, other, known).and_then(|()| check_points(first, other));
     together.and_then(|()| common_seeds([first, other]).map(drop)).err()
 }
@@ -373,10 +366,10 @@ fn equal(
 }
 
 /// What a task measured on every seed, by method, point MDP and replicate.
-pub(super) type Evaluated<'a> = HashMap<(&'a str, &'a str, u32), Vec<(u64, &'a Metrics)>>;
+pub(crate) type Evaluated<'a> = HashMap<(&'a str, &'a str, u32), Vec<(u64, &'a Metrics)>>;
 
 /// Returns what was measured on point MDPs with the seeds that follow from these.
-pub(super) fn evaluations<'a>(
+pub(crate) fn evaluations<'a>(
     source: &'a Source,
     points: &[PointRow],
     seeds: &[u64],
@@ -395,7 +388,7 @@ pub(super) fn evaluations<'a>(
 }
 
 /// Whether two runs have the same records of a method wherever both have some, and both have some somewhere.
-pub(super) fn agree(a: &Evaluated<'_>, b: &Evaluated<'_>, method: &str) -> bool {
+pub(crate) fn agree(a: &Evaluated<'_>, b: &Evaluated<'_>, method: &str) -> bool {
     let mut shared = a
         .iter()
         .filter(|(key, _)| key.0 == method)
@@ -527,7 +520,7 @@ fn each(sources: &[Source], value: &dyn Fn(&Source) -> String) -> String {
 }
 
 /// Says what differs between the runs.
-fn differences(sources: &[Source], known: Known<'_>) -> Vec<String> {
+fn differences(sources: &[Source], known: &Known) -> Vec<String> {
     let mut found = Vec::new();
     let mut add = |what: &str, value: &dyn Fn(&Source) -> String| {
         let several = sources.iter().map(value).collect::<BTreeSet<_>>().len() > 1;
@@ -540,7 +533,7 @@ fn differences(sources: &[Source], known: Known<'_>) -> Vec<String> {
         format!("{} (git {})", s.identity().tsc_family, s.results.manifest.provenance.git)
     });
     for (key, _) in
-        settings(sources.iter()).into_iter().filter(|(key, _)| is_read(sources, known, key))
+        values(sources.iter()).into_iter().filter(|(key, _)| is_read(sources, known, key))
     {
         add(&format!("Setting {key}"), &|s| value_of(flat(&s.identity().settings).get(&key)));
     }
@@ -564,7 +557,7 @@ fn differences(sources: &[Source], known: Known<'_>) -> Vec<String> {
 }
 
 /// Whether more than one of the runs has a method that reads a setting.
-fn is_read(sources: &[Source], known: Known<'_>, key: &str) -> bool {
+fn is_read(sources: &[Source], known: &Known, key: &str) -> bool {
     let method = method_of(key);
     let readers = |reads: &dyn Fn(&Source) -> bool| sources.iter().filter(|s| reads(s)).count() > 1;
     if section(key) == OF_LEARNERS {
@@ -577,22 +570,22 @@ fn is_read(sources: &[Source], known: Known<'_>, key: &str) -> bool {
 }
 
 /// Whether all of these runs have the section of a setting: one that a run lacks is of a method that its build did not have.
-pub(super) fn have_section<'a>(sources: impl IntoIterator<Item = &'a Source>, key: &str) -> bool {
+fn have_section<'a>(sources: impl IntoIterator<Item = &'a Source>, key: &str) -> bool {
     sources.into_iter().all(|s| s.identity().settings.get(section(key)).is_some())
 }
 
 /// Returns the method whose section a setting is in, where it is a method's.
-pub(super) fn method_of(key: &str) -> String {
+fn method_of(key: &str) -> String {
     section(key).replace('_', "-")
 }
 
 /// Returns the section of a setting.
-pub(super) fn section(key: &str) -> &str {
+fn section(key: &str) -> &str {
     key.split('.').next().unwrap_or_default()
 }
 
 /// Returns the settings that differ, apart from those of the family, with their values in the runs.
-fn settings<'a>(sources: impl IntoIterator<Item = &'a Source>) -> BTreeMap<String, Vec<String>> {
+fn values<'a>(sources: impl IntoIterator<Item = &'a Source>) -> BTreeMap<String, Vec<String>> {
     let all: Vec<BTreeMap<String, Value>> =
         sources.into_iter().map(|s| flat(&s.identity().settings)).collect();
     let keys: BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
@@ -602,6 +595,29 @@ fn settings<'a>(sources: impl IntoIterator<Item = &'a Source>) -> BTreeMap<Strin
     keys.map(of)
         .filter(|(_, values): &(String, Vec<String>)| values.iter().any(|v| *v != values[0]))
         .collect()
+}
+
+/// Returns the settings that all methods read by which a run differs from another, as `key = value`; one at its default may be
+/// left out.
+pub fn settings(from: &Source, run: &Source, known: &Known) -> Vec<String> {
+    let of = |source: &Source| flat(&source.identity().settings);
+    let (there, here) = (of(from), of(run));
+    let is_of_all = |key: &str| {
+        section(key) != OF_LEARNERS
+            && have_section([from, run], key)
+            && !known.methods.contains(&method_of(key).as_str())
+            && !NAMES.contains(&key)
+    };
+    // At most five significant digits.
+    let short = |number: f64| format!("{number:.4e}").parse::<f64>().unwrap_or(number).to_string();
+    let said = |value: &Value| match value.as_f64().filter(|_| value.is_f64()) {
+        Some(number) => short(number),
+        None => value.to_string(),
+    };
+    let named = |key: &String| {
+        format!("{key} = {}", here.get(key).map_or_else(|| "not set".to_owned(), said))
+    };
+    differing(&there, &here).into_iter().filter(|key| is_of_all(key)).map(named).collect()
 }
 
 fn value_of(value: Option<&Value>) -> String {

@@ -18,7 +18,6 @@ mod evidence;
 mod failing;
 mod family_share;
 pub mod joined;
-pub mod leaderboard;
 mod measures;
 mod method;
 mod mix;
