@@ -170,9 +170,14 @@ fn say_added(
         let are = if added == 1 { "is" } else { "are" };
         let stay = if kept == 1 { "stays" } else { "stay" };
         let kept = format::count(kept, "record");
-        let what = match args.replace.is_empty() {
-            true => format!("{} {are} added to {before}", format::count(added, "task")),
-            false => format!("computed again: {}", args.replace.join(", ")),
+        let seeds = session.manifest.identity.evaluation_seeds.len();
+        let seeds_before = there.map_or(seeds, |t| t.evaluation_seeds.len());
+        let what = if seeds > seeds_before {
+            format!("each task plays {seeds} evaluation seeds instead of {seeds_before}")
+        } else if args.replace.is_empty() {
+            format!("{} {are} added to {before}", format::count(added, "task"))
+        } else {
+            format!("computed again: {}", args.replace.join(", "))
         };
         note(format!("{}: {what}; {kept} {stay}", session.layout.root().display()));
     }

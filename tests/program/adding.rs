@@ -79,6 +79,28 @@ fn methods_seeds_and_trainings_are_added_as_if_they_had_been_asked_for_at_once()
 }
 
 #[test]
+fn evaluation_seeds_are_added_and_what_was_learned_is_not_trained_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let both = format!("{PPO} {DQN} --methods ppo,dqn --budget 3");
+    done(&format!("{both} --eval-seeds 2 --out added"), dir.path());
+    let models = |out: &str| -> Vec<Vec<u8>> {
+        let model = |task: usize| format!("{out}/models/000/{task}.safetensors");
+        (0..6).map(|task| fs::read(dir.path().join(model(task))).unwrap()).collect()
+    };
+    // One whose model is lost is trained again, to the same record.
+    fs::remove_file(dir.path().join("added/models/000/5.safetensors")).unwrap();
+    let said = done(&format!("{both} --eval-seeds 5 --out added"), dir.path());
+    assert!(said.contains("plays 5 evaluation seeds instead of 2; 0 records stay"), "{said}");
+    done(&format!("{both} --eval-seeds 5 --out once"), dir.path());
+    assert_same(dir.path(), "added", "once");
+    assert!(models("added") == models("once"), "cards have the new seeds");
+    let waiting = fs::read_dir(dir.path().join("added/before/000")).into_iter().flatten();
+    assert_eq!(waiting.count(), 0);
+    let again = done(&format!("{both} --out added"), dir.path());
+    assert!(!again.contains("instead of"), "{again}");
+}
+
+#[test]
 fn a_sample_grows_where_it_contains_the_one_that_is_there() {
     let dir = tempfile::tempdir().unwrap();
     let quadrature = format!("{PPO} --methods ppo --eval-seeds 2 --sampling bayesian-quadrature");
@@ -124,7 +146,7 @@ fn what_would_change_records_is_still_another_run() {
     done(&format!("{PPO} --methods ppo --budget 2 --eval-seeds 2 --out r"), dir.path());
     let before = records(&dir.path().join("r"));
     for (args, differs) in [
-        ("--methods ppo --eval-seeds 3 --out r", "--eval-seeds is 2 there and 3 now"),
+        ("--methods ppo --eval-seeds 1 --out r", "--eval-seeds is 2 there and 1 now"),
         ("--methods ppo --seed 1 --out r", "--seed is 0 there and 1 now"),
         ("--methods dqn --set environment.start=0.05 --out r", "environment.start"),
     ] {

@@ -1,8 +1,10 @@
-//! A results directory takes in more: further methods, point MDPs and trainings, and a controller that was changed.
+//! A results directory takes in more: further methods, point MDPs, trainings and evaluation seeds, and a controller that was
+//! changed.
 //!
 //! A record depends on its own method and point MDP, not on what else is in the run. So the records that are there stay:
 //! they get the number of their task in the new plan and the sha256 of the new manifest, and are then those that a run of
-//! everything at once would have made. What is missing is then done as usual.
+//! everything at once would have made. What is missing is then done as usual. With more evaluation seeds every task is to be
+//! done again; of what was learned model and record are kept, so that only episodes of evaluation are.
 //!
 //! The new files are written into the folder `adding/`, its manifest last, and then take the places of the old ones. If that
 //! is interrupted, [`finish`] goes on with it; nobody reads the directory before.
@@ -18,6 +20,7 @@ use crate::sample::{Design, SamplePlan};
 use crate::store::assisting::TRAINING;
 use crate::store::error::StoreError;
 use crate::store::manifest::{Identity, Manifest, Task};
+use crate::store::record::{Outcome, Record};
 use crate::store::results::Results;
 use crate::store::{Layout, difference};
 use basics::files::{
@@ -25,7 +28,7 @@ use basics::files::{
 };
 
 /// Folders of results that take the place of the old ones.
-const FOLDERS: [&str; 3] = ["done", "models", "ckpt"];
+const FOLDERS: [&str; 4] = ["done", "models", "ckpt", "before"];
 
 /// Folders whose files are called by numbers of the old plan.
 const NUMBERED: [&str; 2] = ["logs", "jobs"];
@@ -82,6 +85,9 @@ pub(super) fn obstacle(there: &Identity, now: &Identity, change: Change<'_>) -> 
         same.replicated.clone_from(&there.replicated);
     }
     let grows = |sample: &SamplePlan| sample.growth.is_some();
+    if now.evaluation_seeds.starts_with(&there.evaluation_seeds) && !grows(&there.sample) {
+        same.evaluation_seeds.clone_from(&there.evaluation_seeds);
+    }
     let has = |point: &str| now.points.iter().any(|row| row.point == point);
     let contains = there.points.iter().all(|row| has(&row.point));
     if contains && !grows(&there.sample) && !grows(&now.sample) {
@@ -131,22 +137,35 @@ pub(super) fn add(
     let sha256 = manifest.sha256();
     let key = |task: &Task| (task.method.clone(), task.point.clone(), task.replicate, task.seed);
     let places: HashMap<_, &Task> = tasks.iter().map(|task| (key(task), task)).collect();
+    let has_more_seeds =
+        manifest.identity.evaluation_seeds.len() > there.identity.evaluation_seeds.len();
+    let there = there.sha256();
     let mut kept = 0;
-    for (task, record) in before.done() {
-        let Some(place) = places.get(&key(task)).filter(|_| !replaced.contains(&task.method))
-        else {
-            continue;
-        };
-        put(layout, &adding.record(place.task), record.moved(place, &sha256).to_text().as_bytes())?;
+    for (task, record) in before.rows().filter(|(task, _)| !replaced.contains(&task.method)) {
+        let Some(place) = places.get(&key(task)) else { continue };
         let model = files::if_present(files::read(&layout.model(task.task), limits::ARCHIVE))?;
+        let is_ok = record.is_some_and(|record| record.summary.outcome == Outcome::Ok);
+        let (stays, waits) = match record {
+            Some(record) if has_more_seeds && is_ok => (None, Some(record.clone())),
+            Some(record) => (Some(record), None),
+            None => (None, Record::read_at(layout.before(task.task), task, &there).ok().flatten()),
+        };
+        if let Some(record) = stays {
+            let text = record.moved(place, &sha256).to_text();
+            put(layout, &adding.record(place.task), text.as_bytes())?;
+            kept += 1;
+        }
+        // Only what was learned is worth it: other tasks play all seeds in any case.
+        if let Some(record) = waits.filter(|_| model.is_some()) {
+            let text = record.moved(place, &sha256).to_text();
+            put(layout, &adding.before(place.task), text.as_bytes())?;
+        }
         if let Some(model) = model {
             put(layout, &adding.model(place.task), &model)?;
         }
-        kept += 1;
-    }
-    let there = there.sha256();
-    for task in before.missing().filter(|task| !replaced.contains(&task.method)) {
-        let Some(place) = places.get(&key(task)) else { continue };
+        if record.is_some() {
+            continue;
+        }
         let begun = checkpoint::moved(layout, (&there, task.task), (&sha256, place.task));
         if let Some(begun) = begun {
             put(layout, &adding.checkpoint(place.task), &begun)?;
@@ -257,7 +276,7 @@ mod tests {
     use super::*;
     use crate::run::plan::establish;
     use crate::run::testing::with_request;
-    use crate::store::record::{Record, TaskResult};
+    use crate::store::record::TaskResult;
     use serde_json::json;
 
     fn names(methods: &[&str]) -> Vec<String> {

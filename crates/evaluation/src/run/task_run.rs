@@ -14,7 +14,7 @@ use crate::store::figures::{
     DEAD, DISCARDED_EPISODES, LAST_PREFIX, POLICY_ROW, RESTARTS, VALIDATION_EPISODES,
 };
 use crate::store::manifest::{GIT, Task};
-use crate::store::record::{Metrics, Row, RowKind, means_of};
+use crate::store::record::{Metrics, Record, Row, RowKind, TaskResult, mean_metrics, means_of};
 use crate::store::wall::Wall;
 use basics::files::FileError;
 use basics::machine;
@@ -98,6 +98,50 @@ impl<'a> TaskRun<'a> {
             self.validated.chosen = Some(chosen.row);
         }
         self.hold_out(trial, seeds, RowKind::Evaluation)
+    }
+
+    /// Plays the held-out seeds with a model, whose task has a record on fewer of them; `None` where the model does not
+    /// repeat the episodes of that record. Of the last policy, where another was chosen, there is no model: its episodes
+    /// stay those of the record.
+    ///
+    /// # Errors
+    ///
+    /// [`TrialError`] when an episode fails or the model does not fit.
+    pub(super) fn play_more(
+        &mut self,
+        trial: &mut dyn Trial,
+        before: Record,
+        model: &Archive,
+        seeds: &[u64],
+    ) -> Result<Option<TaskResult>, TrialError> {
+        self.stop.keeps(false);
+        trial.load(model)?;
+        self.hold_out(trial, seeds, RowKind::Evaluation)?;
+        let played = self.take_rows();
+        if !before.evaluations().eq(played.iter().take(before.evaluations().count())) {
+            return Ok(None);
+        }
+        let means = mean_metrics(&before.rows);
+        let Record { summary, mut rows } = before;
+        rows.retain(|row| row.kind != RowKind::Evaluation);
+        let mut training = summary.metrics;
+        training.retain(|name, _| !means.contains_key(name));
+        if !rows.iter().any(|row| row.kind == RowKind::Last)
+            && let Some(last) = training.get_mut(&format!("{LAST_PREFIX}{}", self.objective))
+            && let Some(mean) = mean_metrics(&played).get(self.objective)
+        {
+            *last = *mean;
+        }
+        rows.extend(played);
+        self.earlier = summary.wall;
+        let (programs, parts) = (trial.programs(), trial.parts());
+        let wall = self.wall(trial.simulator_s());
+        Ok(Some(TaskResult { rows, training, details: summary.details, programs, parts, wall }))
+    }
+
+    /// Says something to people.
+    pub(super) fn note(&mut self, text: String) {
+        (self.news)(News::Note(text));
     }
 
     /// Plays the held-out seeds and keeps a row of each.

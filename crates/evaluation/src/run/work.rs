@@ -8,7 +8,7 @@ use super::checkpoint::Keeper;
 use super::domain::{Domain, Site, Trial};
 use super::error::RunError;
 use super::fault::TrialError;
-use super::model;
+use super::model::{self, SavedModel};
 use super::progress::News;
 use super::selection::Selection;
 use super::stop::Stop;
@@ -72,7 +72,24 @@ pub fn do_task(
     let objective = (identity.objective.as_str(), domain.objective().direction);
     let mut course = TaskRun::new(task, objective, selection, attempt, keeper, stop, news);
     let mut trial = domain.trial(&site, &task.method, task.seed)?;
-    let result = train_and_evaluate(trial.as_mut(), &mut course, &seeds, &identity.objective);
+    let more = match kept(layout, task, &sha256) {
+        None => None,
+        Some((before, model)) => {
+            match course.play_more(trial.as_mut(), before, &model, &seeds).transpose() {
+                None | Some(Err(TrialError::Model(_))) => {
+                    course.note("the model is not that of the record: it is trained again".into());
+                    // There is one simulation per process.
+                    drop(trial);
+                    trial = domain.trial(&site, &task.method, task.seed)?;
+                    None
+                }
+                Some(played) => Some(played.map(|result| (result, Some(model)))),
+            }
+        }
+    };
+    let result = more.unwrap_or_else(|| {
+        train_and_evaluate(trial.as_mut(), &mut course, &seeds, &identity.objective)
+    });
     // Whatever came of files that were written meanwhile says nothing of the method.
     let result = trial.verify().and(result);
     let record = match result {
@@ -101,6 +118,12 @@ pub fn do_task(
     };
     record.commit(layout)?;
     Ok(record)
+}
+
+/// Returns the record of a task on fewer evaluation seeds and what was learned; `None` unless both are sound.
+fn kept(layout: &Layout, task: &Task, manifest: &str) -> Option<(Record, Archive)> {
+    let record = Record::read_at(layout.before(task.task), task, manifest).ok()??;
+    Some((record, SavedModel::read(&layout.model(task.task)).ok()?.archive))
 }
 
 /// Returns the point MDP of a task.
@@ -181,7 +204,6 @@ mod tests {
 
     use super::*;
     use crate::run::checkpoint::LEARNER;
-    use crate::run::model::SavedModel;
     use crate::run::progress::{Failure, Fault};
     use crate::run::testing::{Counting, Toy, planned};
     use crate::store::record::Outcome;

@@ -58,14 +58,16 @@ impl Record {
 ///
 /// [`FileError`] when it is there and cannot be removed.
 pub fn remove_checkpoint(layout: &Layout, task: usize) -> Result<(), FileError> {
-    let path = layout.checkpoint(task);
-    beneath(layout.root(), &path)?;
-    match fs::remove_file(&path) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-            Err(FileError::at("remove", &path)(e))
+    for path in [layout.checkpoint(task), layout.before(task)] {
+        beneath(layout.root(), &path)?;
+        match fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(FileError::at("remove", &path)(e));
+            }
+            _ => {}
         }
-        _ => Ok(()),
     }
+    Ok(())
 }
 
 fn link_into_place(draft: &Path, path: &Path) -> Result<(), FileError> {

@@ -5,6 +5,7 @@
 //! DIR/done/KKK/K.jsonl            the record of task K, linked into place when complete
 //! DIR/models/KKK/K.safetensors    what the method of task K has learned, if it learns
 //! DIR/ckpt/KKK/K.safetensors      how far the training of task K has come, until it has a record
+//! DIR/before/KKK/K.jsonl          its record on fewer evaluation seeds, until the model has played those that were added
 //! DIR/logs/KKK/K.log              what the worker of task K wrote to standard error
 //! DIR/design.json                 what was known of the whole family when a balanced sample was drawn
 //! DIR/places.json                 where the intersections of the family are, for maps and tables
@@ -127,6 +128,11 @@ impl Layout {
     /// The model of a task.
     pub fn model(&self, task: usize) -> PathBuf {
         self.numbered("models", task, "safetensors")
+    }
+
+    /// The record that a task had on fewer evaluation seeds, until it has one on all.
+    pub fn before(&self, task: usize) -> PathBuf {
+        self.numbered("before", task, "jsonl")
     }
 
     /// The checkpoint of a task in progress.

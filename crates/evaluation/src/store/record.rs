@@ -6,7 +6,7 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -274,7 +274,15 @@ impl Record {
     ///
     /// [`StoreError::Record`] when it is truncated, altered, or of another task or manifest.
     pub fn read(layout: &Layout, task: &Task, manifest: &str) -> Result<Option<Self>, StoreError> {
-        let path = layout.record(task.task);
+        Self::read_at(layout.record(task.task), task, manifest)
+    }
+
+    /// Reads the record of a task from a file, as [`Self::read`] does.
+    pub(crate) fn read_at(
+        path: PathBuf,
+        task: &Task,
+        manifest: &str,
+    ) -> Result<Option<Self>, StoreError> {
         let text = match files::read_text(&path, limits::RECORD) {
             Ok(text) => text,
             Err(e) if e.reason.kind() == ErrorKind::NotFound => return Ok(None),
