@@ -57,18 +57,18 @@ impl<'a> Table<'a> {
     ) -> Result<Self, OsmError> {
         let sheet = Sheet::open(bytes).map_err(|fault| at_line(path, fault))?;
         let table = Self { path, sheet, rows };
-        if table.sheet.headers().iter().all(str::is_empty) {
+        if table.sheet.headers.iter().all(str::is_empty) {
             return Err(table.nothing("empty; the first line has to name the columns"));
         }
         Ok(table)
     }
 
     pub(super) fn headers(&self) -> impl Iterator<Item = &str> {
-        self.sheet.headers().iter()
+        self.sheet.headers.iter()
     }
 
     pub(super) fn name(&self, column: usize) -> String {
-        brief(self.sheet.headers().get(column).unwrap_or_default())
+        brief(self.sheet.headers.get(column).unwrap_or_default())
     }
 
     pub(super) fn find(&self, column: &Column<'_>) -> Result<Option<usize>, OsmError> {
@@ -112,7 +112,7 @@ impl<'a> Table<'a> {
     }
 
     pub(super) fn header_line(&self) -> u64 {
-        self.sheet.header_line()
+        self.sheet.header_line
     }
 
     /// Returns the number that a line of the text has in the file.

@@ -7,10 +7,7 @@ use tsc_family::traffic::control::{GreenPhase, SignalSpec};
 const QUOTED: usize = 200;
 
 /// Writes the phases that were chosen.
-///
-/// # Errors
-///
-/// What was returned instead, and what is expected.
+/// The error is what was returned instead, and what is expected.
 pub(crate) fn choose(
     answer: &Bound<'_, PyAny>,
     specs: &[SignalSpec],
@@ -41,7 +38,6 @@ pub(crate) fn choose(
     if items.next().is_some() { Err(expected()) } else { Ok(()) }
 }
 
-/// Returns a value as messages quote it, with its type.
 fn quoted(value: &Bound<'_, PyAny>) -> String {
     let kind = value.get_type().name().map_or_else(|_| "?".to_owned(), |name| name.to_string());
     let text = value.repr().map_or_else(|_| String::new(), |repr| repr.to_string());

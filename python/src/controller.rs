@@ -27,7 +27,6 @@ const FILE: &str = "saved_as";
 /// Name of the file that `save` and `load` get, without what they add to it.
 const MODEL: &str = "model";
 
-/// A controller that is an object of a class.
 pub(crate) struct PyController {
     name: &'static str,
     object: Object,
@@ -39,7 +38,6 @@ pub(crate) struct PyController {
 }
 
 impl PyController {
-    /// Returns a controller that is a new object of a class.
     pub(crate) fn new(name: &'static str, class: &Py<PyAny>, learns: bool, setup: &Setup) -> Self {
         let (object, episodes) = (Object::new(class, setup), setup.episodes);
         Self { name, object, learns, episodes, specs: Vec::new(), frame: None, model: None }
@@ -49,7 +47,6 @@ impl PyController {
         ControlError::Own { method: self.name, reason }
     }
 
-    /// Calls the object.
     fn call<T>(
         &self,
         method: &str,
@@ -163,7 +160,6 @@ fn saved(folder: &Path) -> Result<Archive, String> {
     Ok(packed(&bytes, &file.file_name().to_string_lossy()))
 }
 
-/// Returns the bytes of a file as a model.
 fn packed(bytes: &[u8], name: &str) -> Archive {
     let word = |chunk: &[u8]| {
         let mut word = [0; 4];
@@ -178,7 +174,6 @@ fn packed(bytes: &[u8], name: &str) -> Archive {
     archive
 }
 
-/// Returns the bytes of a model.
 fn unpacked(archive: &Archive) -> Result<Vec<u8>, ArchiveError> {
     let length: usize = archive.get(LENGTH)?;
     let words = archive.u32(WORDS, &[length.div_ceil(4)])?;

@@ -18,7 +18,6 @@ use tsc_family::stats::{PointObjectives, stretch};
 use crate::error::raised;
 use crate::simulation::load;
 
-/// A family as Python hands it over.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Given {
@@ -56,7 +55,6 @@ impl Given {
         Ok(family)
     }
 
-    /// Returns what is given per point MDP in the order of the family.
     fn in_order<T: Clone>(&self, family: &MdpFamily, values: &[T]) -> Vec<T> {
         let given: HashMap<&str, &T> = self.points.iter().map(String::as_str).zip(values).collect();
         family.points.iter().map(|p| given[p.id.as_str()].clone()).collect()
@@ -119,7 +117,6 @@ pub(crate) fn sample(given: Given, sampling: &str, budget: usize, seed: u64) -> 
     serde_json::to_string(&plan).map_err(raised)
 }
 
-/// What was measured of a method on some of a sample's point MDPs.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Measured {
@@ -188,7 +185,6 @@ pub(crate) fn estimate<'py>(
     Ok(dict)
 }
 
-/// Returns the numbers of an estimate.
 fn numbers(py: Python<'_>, estimate: Estimate) -> PyResult<Bound<'_, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("value", estimate.value)?;

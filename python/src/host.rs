@@ -25,7 +25,6 @@ const OURS: [&str; 2] = ["/tsc_family/__main__.py", "<frozen runpy>"];
 /// Where the interpreter writes where it is when it is asked by a signal; below 0 before it was told to.
 static STACK_FILE: AtomicI32 = AtomicI32::new(-1);
 
-/// Opens classes of controllers.
 #[derive(Debug)]
 pub(crate) struct PyHost;
 

@@ -24,21 +24,15 @@ use crate::view;
 
 /// What the class asks for.
 enum Request {
-    /// Another episode.
     Reset,
-    /// Phases for the next interval.
     Step(Vec<GreenPhase>),
-    /// What came of the episode that is over.
     Finish,
-    /// To be validated.
     Validate,
 }
 
-/// What it gets.
 enum Reply {
     /// What the signals' detectors tell, and whether the episode is over.
     Seen(Vec<Observation>, bool),
-    /// What came of an episode.
     Finished(EpisodeOutcome),
     /// It was validated; whether training goes on.
     Validated(bool),
@@ -272,15 +266,8 @@ impl Controller for Pupil {
     }
 }
 
-/// Lets an object train.
-///
-/// # Arguments
-///
-/// * `validate` — validates what the object has learned so far.
-///
-/// # Errors
-///
-/// [`ControlError::Own`] with what its `train` raised; whatever an episode fails for.
+/// `validate`: validates what the object has learned so far.
+/// Fails with [`ControlError::Own`] with what its `train` raised; whatever an episode fails for.
 pub(crate) fn teach(
     name: &'static str,
     object: Py<PyAny>,
@@ -331,7 +318,6 @@ pub(crate) fn teach(
     played.and(trained.map_err(own))
 }
 
-/// Runs episodes for as long as they are asked for.
 fn play(
     pupil: &mut Pupil,
     trainer: &mut dyn Trainer,

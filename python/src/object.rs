@@ -15,7 +15,6 @@ pub(crate) struct Object {
 }
 
 impl Object {
-    /// Makes an object of a class.
     pub(crate) fn new(class: &Py<PyAny>, setup: &Setup) -> Self {
         let guard = Guard::new();
         let made = Python::attach(|py| {
@@ -26,24 +25,12 @@ impl Object {
         Self { made, guard }
     }
 
-    /// Returns the object.
-    ///
-    /// # Errors
-    ///
-    /// Why there is none.
     pub(crate) fn get(&self) -> Result<&Py<PyAny>, String> {
         self.made.as_ref().map_err(Clone::clone)
     }
 
     /// Calls the object, and looks around afterwards.
-    ///
-    /// # Arguments
-    ///
-    /// * `method` — what of it is called, for messages.
-    ///
-    /// # Errors
-    ///
-    /// Why there is none, or what it raised, with the traceback.
+    /// The error is why there is none, or what it raised, with the traceback.
     pub(crate) fn call<T>(
         &self,
         method: &str,
@@ -67,16 +54,12 @@ pub(crate) struct Guard {
 }
 
 impl Guard {
-    /// Returns a guard of this process.
     pub(crate) fn new() -> Self {
         Self { pid: getpid(), folder: std::env::current_dir().ok() }
     }
 
     /// Ends a process that the code was forked into: it would answer for this one.
-    ///
-    /// # Errors
-    ///
-    /// That the working folder is another one, where the run would not find its files.
+    /// The error is that the working folder is another one, where the run would not find its files.
     pub(crate) fn check(&self, method: &str) -> Result<(), String> {
         if getpid() != self.pid {
             let _ = kill_process(getpid(), Signal::KILL);

@@ -66,7 +66,6 @@ impl PyObservation {
 }
 
 impl PyObservation {
-    /// Returns a signal and what its detectors tell.
     fn of(&self, signal: usize) -> PyResult<(&SignalSpec, &Observation)> {
         let both = self.signals.get(signal).zip(self.plain.get(signal));
         both.ok_or_else(|| {
@@ -77,7 +76,6 @@ impl PyObservation {
 
 /// The room of arrays, and the masks that all observations of some signals share.
 pub(crate) struct Frame {
-    /// The room.
     sizes: Sizes,
     signals: Arc<Vec<SignalSpec>>,
     lane_mask: Py<PyArray2<bool>>,
@@ -85,7 +83,6 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// Returns the frame of signals.
     pub(crate) fn new(py: Python<'_>, signals: &[SignalSpec], sizes: Sizes) -> PyResult<Self> {
         let mask = |size: usize, count: &dyn Fn(&SignalSpec) -> usize| -> PyResult<_> {
             let row = |s: &SignalSpec| (0..size).map(|i| i < count(s)).collect::<Vec<_>>();
@@ -141,7 +138,6 @@ impl Frame {
     }
 }
 
-/// Returns the rows of an array, of which there are none where they have no width.
 fn chunks(values: &mut [f32], width: usize) -> impl Iterator<Item = &mut [f32]> {
     values.chunks_exact_mut(width.max(1))
 }

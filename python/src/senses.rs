@@ -15,13 +15,10 @@ const MODULE: &str = "tsc_family._controller";
 /// What a class of learners replaces.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Replaced {
-    /// Whether it has a reward.
     pub(crate) reward: bool,
-    /// Whether it has an observation.
     pub(crate) observation: bool,
 }
 
-/// A signal as the class sees it.
 struct Met {
     signal: Py<PySignal>,
     frame: Frame,
@@ -38,7 +35,6 @@ pub(crate) struct PySenses {
 }
 
 impl PySenses {
-    /// Returns a new object of a class.
     pub(crate) fn new(class: &Py<PyAny>, replaced: Replaced, setup: &Setup) -> Self {
         Self { object: Object::new(class, setup), replaced, specs: Vec::new(), met: Vec::new() }
     }
@@ -57,7 +53,6 @@ impl PySenses {
         })
     }
 
-    /// Writes what the class sees of a signal.
     fn look(&self, signal: usize, seen: &Observation, state: &mut Vec<f32>) -> Result<(), String> {
         state.clear();
         self.ask("observation", (signal, seen), |answer| {

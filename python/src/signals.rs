@@ -59,11 +59,8 @@ pub(crate) struct PyLimits {
 /// Room that arrays have for the parts of a signal; what a signal lacks is masked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Sizes {
-    /// Incoming lanes.
     pub(crate) lanes: usize,
-    /// Green phases.
     pub(crate) phases: usize,
-    /// Movements.
     pub(crate) movements: usize,
     /// Lanes of other signals that movements lead to.
     pub(crate) downstream: usize,
@@ -72,7 +69,6 @@ pub(crate) struct Sizes {
 }
 
 impl Sizes {
-    /// Returns the least room for some signals.
     pub(crate) fn of(signals: &[SignalSpec]) -> Self {
         signals.iter().fold(Self::default(), |most, signal| {
             let downstream = signal.movements.iter().flat_map(|m| &m.downstream).max();
@@ -88,7 +84,6 @@ impl Sizes {
 }
 
 impl Sizes {
-    /// Returns the room by name.
     pub(crate) fn named(self) -> BTreeMap<&'static str, usize> {
         let Self { lanes, phases, movements, downstream, slots } = self;
         BTreeMap::from([

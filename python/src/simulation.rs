@@ -40,12 +40,10 @@ const LOOK_SEED: u64 = 0;
 pub(crate) struct Simulation {
     env: SignalEnv<SumoSim>,
     specs: Vec<SignalSpec>,
-    /// Of the signals that are decided.
     frames: Vec<Option<Frame>>,
     sizes: Sizes,
     decides: Vec<bool>,
     phases: Vec<GreenPhase>,
-    /// Seed of the episode that goes on.
     episode: Option<u64>,
     delta_time_s: u32,
     _scratch: TempDir,
@@ -246,7 +244,6 @@ impl Simulation {
         Ok(())
     }
 
-    /// A signal and what its detectors tell.
     fn seen(&self, signal: usize) -> PyResult<(&SignalSpec, &Observation)> {
         Ok((&self.specs[signal], self.observation(signal)?))
     }
@@ -257,14 +254,12 @@ impl Simulation {
         self.env.observations().get(signal).ok_or_else(none)
     }
 
-    /// The signals that are decided.
     fn decided(&self) -> Vec<SignalSpec> {
         let decided = self.specs.iter().zip(&self.decides).filter(|(_, decides)| **decides);
         decided.map(|(spec, _)| spec.clone()).collect()
     }
 }
 
-/// Returns a scenario with some settings replaced.
 pub(crate) fn load(scenario: &str, settings: &[String]) -> PyResult<LoadedScenario> {
     let overrides: Result<Vec<Override>, _> = settings.iter().map(|s| s.parse()).collect();
     load_with(scenario, &overrides.map_err(raised)?).map_err(raised)
@@ -286,7 +281,6 @@ fn generated(
     generated_world(&files).map_err(raised)
 }
 
-/// Returns what tells places apart.
 fn key(
     world: &World,
     settings: &tsc_family::traffic::settings::Scenario,
@@ -305,7 +299,6 @@ fn remember(key: String, specs: &[SignalSpec]) -> Vec<SignalSpec> {
     specs.to_vec()
 }
 
-/// Returns the exception of a simulation that cannot begin.
 fn explained(error: SimError) -> PyErr {
     match error {
         SimError::AlreadyRunning => Error::new_err(

@@ -14,10 +14,7 @@ use rustix::fs::OFlags;
 pub const TABLE_BYTES: u64 = 1 << 30;
 
 /// Opens a regular file and returns it with its size, bytes.
-///
-/// # Errors
-///
-/// The system's, or what it is instead of a regular file and the way out.
+/// The error is the system's, or what it is instead of a regular file and the way out.
 pub fn open(path: &Path) -> Result<(File, u64)> {
     let flags = (OFlags::NONBLOCK | OFlags::NOCTTY).bits().cast_signed();
     let file = OpenOptions::new().read(true).custom_flags(flags).open(path)?;
@@ -30,10 +27,7 @@ pub fn open(path: &Path) -> Result<(File, u64)> {
 }
 
 /// Returns the bytes of a regular file that has at most so many.
-///
-/// # Errors
-///
-/// As [`open`], and when the file is larger.
+/// Fails as [`open`], and when the file is larger.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     let (file, size) = open(path)?;
     let mut bytes = Vec::new();

@@ -28,7 +28,7 @@ fn fault(text: &str) -> u64 {
 /// What is read of the fields after the first of each row.
 fn read<T>(text: &str, field: impl Fn(&Row, usize) -> T) -> Vec<T> {
     let mut sheet = Sheet::of(text).unwrap();
-    let columns = sheet.headers().len();
+    let columns = sheet.headers.len();
     let mut fields = Vec::new();
     while let Some(row) = sheet.next_row().unwrap() {
         fields.extend((1..columns).map(|c| field(&row, c)));
@@ -129,7 +129,7 @@ fn lines_are_those_of_the_file_whatever_ends_them() {
     }
     for text in ["", "\n\n", "# nothing\n"] {
         let mut sheet = Sheet::of(text).unwrap();
-        assert!(sheet.headers().is_empty() && sheet.next_row().unwrap().is_none(), "{text:?}");
+        assert!(sheet.headers.is_empty() && sheet.next_row().unwrap().is_none(), "{text:?}");
     }
 }
 

@@ -1,10 +1,9 @@
 //! Files that hold more than one table: titles above the names of the columns, totals below the rows, several
 //! tables one after the other. Every line is returned as it stands, with as many fields as it has.
 
-use super::encoding::{decode, with_line_feeds};
-use super::numbers::Numbers;
-use super::records::{Record, SEPARATORS, records};
-use super::{Fault, filled, uncomputed};
+use super::{
+    Fault, Numbers, Record, SEPARATORS, decode, filled, records, uncomputed, with_line_feeds,
+};
 
 /// Lines of a file within which the first section of UTDF begins; titles may stand above it.
 const SECTION_WITHIN: usize = 1000;
@@ -30,20 +29,14 @@ impl Line {
     }
 
     /// Returns a field's number; `None` if the field is empty.
-    ///
-    /// # Errors
-    ///
-    /// The way out when it is no finite number, or may be two.
+    /// The error is the way out when it is no finite number, or may be two.
     pub fn optional(&self, column: usize) -> Result<Option<f64>, String> {
         let number = filled(self.text(column)).map(|text| self.numbers.number(text));
         number.transpose().map_err(str::to_owned)
     }
 
     /// Returns a field's number of what is many, such as vehicles; `None` if the field is empty.
-    ///
-    /// # Errors
-    ///
-    /// The way out when it is no finite number, and both numbers when it may be two.
+    /// The error is the way out when it is no finite number, and both numbers when it may be two.
     pub fn count(&self, column: usize) -> Result<Option<f64>, String> {
         filled(self.text(column)).map(|text| self.numbers.count(text, false)).transpose()
     }
@@ -51,10 +44,7 @@ impl Line {
 
 /// Returns the lines of a file that hold anything. The separator is the one that makes the most fields; where that is no
 /// comma, numbers may have decimal commas.
-///
-/// # Errors
-///
-/// [`Fault`] when it is no text, and where a quotation mark that is not closed makes one record of several lines.
+/// Fails with [`Fault`] when it is no text, and where a quotation mark that is not closed makes one record of several lines.
 pub fn lines(bytes: &[u8]) -> Result<Vec<Line>, Fault> {
     let text = decode(bytes)?;
     let text = with_line_feeds(&text);

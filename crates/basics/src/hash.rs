@@ -16,10 +16,6 @@ pub fn sha256(bytes: &[u8]) -> String {
 }
 
 /// Returns the sha256 of a file.
-///
-/// # Errors
-///
-/// [`FileError`] when it cannot be read.
 pub fn sha256_file(path: &Path) -> Result<String, FileError> {
     let mut file = files::open(path)?;
     let mut hasher = Sha256::new();

@@ -2,7 +2,6 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What was counted so far.
 static BEATS: AtomicU64 = AtomicU64::new(0);
 
 /// Notes that the simulation, or what prepares one, has gone on by so many steps.

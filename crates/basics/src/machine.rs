@@ -14,7 +14,6 @@ const SAID: [&str; 6] = [
 /// Signals that a process sends itself by an error of its own: illegal instruction, trap, abort, arithmetic, segments.
 const OWN_SIGNALS: [i32; 5] = [4, 5, 6, 8, 11];
 
-/// Bytes that show whether there is room to write.
 const PROBE: usize = 1 << 16;
 
 /// Returns whether a program that failed says that the machine is at fault.
@@ -36,10 +35,6 @@ pub fn ignores(signal: i32) -> bool {
 }
 
 /// Checks that a folder can be written, because programs that could not write do not always say so.
-///
-/// # Errors
-///
-/// [`FileError`] when it cannot.
 pub fn probe(folder: &Path) -> Result<(), FileError> {
     let mut file = tempfile::tempfile_in(folder).map_err(FileError::at("write", folder))?;
     file.write_all(&[1; PROBE])
@@ -76,7 +71,6 @@ pub fn memory_used_mb(process: i32) -> Option<u64> {
     Some(family(process).iter().filter_map(of_one).reduce(|a, b| a + b)? / 1000)
 }
 
-/// Returns a process and those that it started, as far as the system tells.
 fn family(process: i32) -> Vec<i32> {
     let mut family = vec![process];
     let mut next = 0;
@@ -92,7 +86,6 @@ fn family(process: i32) -> Vec<i32> {
     family
 }
 
-/// Returns the number of kilobytes in the line of a name, in a file of the system.
 fn kilobytes(text: &str, name: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().strip_suffix("kB")?.trim().parse().ok()

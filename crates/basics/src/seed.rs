@@ -41,10 +41,7 @@ pub fn evaluation_of(number: u64) -> Option<u64> {
 /// Returns the seed that an evaluation episode has on a point MDP, which vehicles and simulator get:
 /// the same for every method there, another on every other point MDP, so that their noise is
 /// independent and averages out over the family. An evaluation seed stays one.
-///
-/// # Arguments
-///
-/// * `content` — what the point MDP is, whatever it is called.
+/// `content`: what the point MDP is, whatever it is called.
 pub fn at_point(seed: u64, content: &str) -> u64 {
     let here = derive(seed, &["point", content]) & SUMO_SEED_MAX & !EVALUATION_BIT;
     here | (seed & EVALUATION_BIT)
@@ -79,10 +76,7 @@ pub fn pedestrians(seed: u64, signal: &str, edge: &str) -> u64 {
 }
 
 /// Returns the seed of a task; it does not depend on the order of tasks or on the other methods.
-///
-/// # Arguments
-///
-/// * `content` — what the point MDP is, whatever it is called.
+/// `content`: what the point MDP is, whatever it is called.
 pub fn task(base: u64, method: &str, content: &str, replicate: u32) -> u64 {
     derive(base, &["task", method, content, &replicate.to_string()])
 }

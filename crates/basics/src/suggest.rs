@@ -27,7 +27,6 @@ pub fn similar_settings<'a>(key: &str, names: impl IntoIterator<Item = &'a str>)
     }))
 }
 
-/// Returns how like a word is to a name, from 0 to 1.
 fn likeness(word: &str, name: &str) -> f64 {
     let plain = |text: &str| text.trim().to_lowercase().replace([' ', '_'], "-");
     strsim::jaro(&plain(word), &plain(name))

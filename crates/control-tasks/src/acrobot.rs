@@ -51,7 +51,6 @@ const MANY_TURNS_RAD: f64 = 1000.0;
 /// Lengths and masses of links, within which a step of 0.2 s is short enough.
 const LINKS: [f64; 2] = [0.1, 10.0];
 
-/// Returns an angle from -pi to pi; no number for one that is none or infinite.
 fn wrap(mut angle: f64) -> f64 {
     if angle.is_nan() || angle.abs() > MANY_TURNS_RAD {
         return (angle + PI).rem_euclid(2.0 * PI) - PI;
@@ -66,7 +65,6 @@ fn wrap(mut angle: f64) -> f64 {
 }
 
 impl Acrobot {
-    /// Returns how fast a state changes under a torque.
     fn change(&self, [first, second, speed, second_speed]: State, torque: f64) -> State {
         let ([l1, l2], [m1, m2], g) = (self.lengths_m, self.masses_kg, GRAVITY_MPS2);
         let (c1, c2) = (l1 / 2.0, l2 / 2.0);

@@ -63,7 +63,6 @@ pub struct Context {
 }
 
 impl Default for Context {
-    /// Returns gymnasium's.
     fn default() -> Self {
         Self { length_m: 0.5, masscart_kg: 1.0, masspole_kg: 0.1, force_n: 10.0, gravity_mps2: 9.8 }
     }

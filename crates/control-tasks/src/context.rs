@@ -4,47 +4,22 @@ use crate::task::{ABOVE_0, ContextFeature, Task};
 use basics::suggest::did_you_mean;
 use evaluation::family::{Feature, PointMdp};
 
-/// Why a point MDP is none of its task.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum ContextError {
-    /// A feature that none of them has.
+pub(crate) enum ContextError {
     #[error("{what} has no feature {feature:?}, only {known}{meant}")]
-    Feature {
-        /// What the task is.
-        what: &'static str,
-        /// The feature.
-        feature: String,
-        /// Names of all features.
-        known: String,
-        /// A similar name, in words.
-        meant: String,
-    },
-    /// A value that it cannot have.
+    Feature { what: &'static str, feature: String, known: String, meant: String },
     #[error("{feature} of {point} is {value}: {message}")]
-    Value {
-        /// Id of the point MDP.
-        point: String,
-        /// The feature.
-        feature: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is wrong, and the way out.
-        message: String,
-    },
+    Value { point: String, feature: &'static str, value: f64, message: String },
 }
 
-/// Returns the names of all features.
 fn known<T: Task>() -> String {
     T::FEATURES.iter().map(|f| f.name).collect::<Vec<_>>().join(", ")
 }
 
 /// Returns the context of a point MDP; a feature that its family does not have has its default.
-///
-/// # Errors
-///
-/// [`ContextError`] for a feature that does not exist or a value that is not positive or that the task refuses.
-pub fn context<T: Task>(
+/// Fails with [`ContextError`] for a feature that does not exist or a value that is not positive or that the task refuses.
+pub(crate) fn context<T: Task>(
     scenario: &T::Scenario,
     features: &[Feature],
     point: &PointMdp,
@@ -80,18 +55,12 @@ pub fn context<T: Task>(
     }
 }
 
-/// Returns a context as text, such as `mass_kg=1 length_m=1`.
-pub fn text<T: Task>(context: &[f64]) -> String {
+pub(crate) fn text<T: Task>(context: &[f64]) -> String {
     let words = T::FEATURES.iter().zip(context).map(|(f, v)| format!("{}={v}", f.name));
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// Reads what [`text`] writes.
-///
-/// # Errors
-///
-/// What is expected.
-pub fn parse<T: Task>(text: &str) -> Result<Vec<f64>, String> {
+pub(crate) fn parse<T: Task>(text: &str) -> Result<Vec<f64>, String> {
     let words: Vec<&str> = text.split(' ').collect();
     let value = |(word, feature): (&&str, &ContextFeature)| {
         word.strip_prefix(feature.name)?.strip_prefix('=')?.parse().ok()

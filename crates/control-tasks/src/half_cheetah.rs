@@ -59,7 +59,6 @@ pub struct HalfCheetah {
 /// Positions along x and z, pitch and angles of the six joints; their velocities; and where the solver starts.
 pub type State = [f64; 27];
 
-/// Returns the volume of a capsule, m³.
 fn volume(half_m: f64) -> f64 {
     PI * RADIUS_M * RADIUS_M * (2.0 * half_m + 4.0 / 3.0 * RADIUS_M)
 }
@@ -78,7 +77,7 @@ impl HalfCheetah {
     }
 
     /// Returns the mass of the whole cheetah, kg: gymnasium's, but for the torso.
-    pub fn mass_kg(torso_mass_kg: f64) -> f64 {
+    fn mass_kg(torso_mass_kg: f64) -> f64 {
         let torso: f64 = TORSO_M.into_iter().map(volume).sum();
         let legs: f64 = LEGS_M.into_iter().map(volume).sum();
         MASS_KG * (1.0 + (torso_mass_kg / BRAX_TORSO_KG - 1.0) * (torso / (torso + legs)))

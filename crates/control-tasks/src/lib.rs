@@ -1,23 +1,21 @@
 //! Families of control tasks: dynamics with a context, and the methods that learn in them.
 //!
 //! A task is one file: its [`dynamics`](episodes::Dynamics), its family and what evaluation has to know of it, as a
-//! [`task::Task`]. All else is generic: [`episodes`], [`context`], [`task::scenario`], [`problem`], [`trial`], [`domain`] and
-//! [`load`]. A method is one file of [`methods`] with its settings; what it computes is in the crate of learners.
+//! [`task::Task`]. All else is generic: [`episodes`], `context`, [`task::scenario`], `problem` and
+//! [`domain`]. A method is one file of `methods` with its settings; what it computes is in the crate of learners.
 
 pub mod acrobot;
 pub mod cartpole;
-pub mod context;
+mod context;
 pub mod domain;
 pub mod episodes;
 pub mod half_cheetah;
-pub mod load;
-pub mod methods;
+mod methods;
 pub mod mountain_car;
 pub mod mujoco;
 pub mod pendulum;
 pub mod pendulum_swing_up;
-pub mod problem;
+mod problem;
 pub mod quad;
 pub mod swimmer;
 pub mod task;
-pub mod trial;

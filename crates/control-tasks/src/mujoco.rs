@@ -56,18 +56,15 @@ pub enum MujocoError {
     Unfit(String),
 }
 
-/// Structs of MuJoCo, which stay behind pointers.
 #[repr(C)]
-struct RawSpec([u8; 0]);
-#[repr(C)]
-struct RawModel([u8; 0]);
-#[repr(C)]
-struct RawData([u8; 0]);
+struct Raw<const KIND: u8>([u8; 0]);
+type RawSpec = Raw<0>;
+type RawModel = Raw<1>;
+type RawData = Raw<2>;
 
 /// Makes the table of the library's functions, with what loads it.
 macro_rules! functions {
     ($($field:ident = $name:literal: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
-        /// Functions of the library.
         struct Api {
             path: PathBuf,
             version: &'static str,
@@ -75,7 +72,6 @@ macro_rules! functions {
         }
 
         impl Api {
-            /// Finds the functions in a library of a version that was checked.
             fn of(library: &'static Library, path: &Path, version: &'static str) -> Result<Self, libloading::Error> {
                 Ok(Self {
                     path: path.to_owned(),
@@ -110,10 +106,7 @@ functions! {
 static LOADED: OnceLock<Result<Api, MujocoError>> = OnceLock::new();
 
 /// Returns the version of the library, which this loads, and its path.
-///
-/// # Errors
-///
-/// [`MujocoError`] when there is none that can be used, with the way out.
+/// Fails with [`MujocoError`] when there is none that can be used, with the way out.
 pub fn version() -> Result<(&'static str, &'static Path), MujocoError> {
     let api = api()?;
     Ok((api.version, &api.path))
@@ -126,7 +119,6 @@ fn api() -> Result<&'static Api, MujocoError> {
         .map_err(MujocoError::clone)
 }
 
-/// Returns the library: in the given folder, else in that of Python's package `mujoco`.
 fn library(folder: Option<PathBuf>) -> Result<PathBuf, MujocoError> {
     let folder = folder.map_or_else(package, Ok).map_err(MujocoError::Missing)?;
     let files = fs::read_dir(&folder).into_iter().flatten().flatten();
@@ -172,7 +164,6 @@ impl Api {
     }
 }
 
-/// Returns the error of a library that has not what its version should have.
 fn damaged(path: &Path, reason: &str) -> MujocoError {
     MujocoError::Unfit(format!("{}: {reason}; install MuJoCo again", path.display()))
 }
@@ -191,7 +182,6 @@ fn refused(message: impl fmt::Display) -> MujocoError {
     MujocoError::Unfit(format!("MuJoCo refuses the model: {message}"))
 }
 
-/// What takes a warning.
 type Handler = unsafe extern "C" fn(*const c_char);
 
 /// Returns the name of a version: from 3.10 on a number has three digits for each part after the first, before one.
@@ -265,18 +255,11 @@ impl<const N: usize> fmt::Debug for Simulation<N> {
 }
 
 impl<const N: usize> Simulation<N> {
-    /// Compiles a model.
-    ///
-    /// # Arguments
-    ///
-    /// * `mjcf` — the model.
-    /// * `controls` — how many numbers an action has.
-    /// * `mass` — to which the masses and inertias of all bodies are scaled, in kg.
-    ///
-    /// # Errors
-    ///
-    /// [`MujocoError`] when the library is missing, or refuses the model, or the state is not of `N` numbers.
-    pub fn new(mjcf: &str, controls: usize, mass: Option<f64>) -> Result<Self, MujocoError> {
+    /// `mjcf`: the model.
+    /// `controls`: how many numbers an action has.
+    /// `mass`: to which the masses and inertias of all bodies are scaled, in kg.
+    /// Fails with [`MujocoError`] when the library is missing, or refuses the model, or the state is not of `N` numbers.
+    fn new(mjcf: &str, controls: usize, mass: Option<f64>) -> Result<Self, MujocoError> {
         let api = api()?;
         let text = CString::new(mjcf).map_err(refused)?;
         let mut message: [c_char; MESSAGE] = [0; MESSAGE];
@@ -316,7 +299,6 @@ impl<const N: usize> Simulation<N> {
         Ok(simulation)
     }
 
-    /// Checks that the state has the parts and numbers that are expected.
     fn check(&self, controls: usize) -> Result<(), MujocoError> {
         // SAFETY: the model was compiled.
         let size = |part| unsafe { (self.api.state_size)(self.model, part) };
@@ -355,10 +337,7 @@ impl<const N: usize> Simulation<N> {
     }
 
     /// Goes on from a state by so many steps of the model, with one control for all of them.
-    ///
-    /// # Panics
-    ///
-    /// When there are not as many controls as actuators.
+    /// Panics when there are not as many controls as actuators.
     pub fn step(&self, state: &mut [f64; N], control: &[f64], count: u32) {
         let Self { api, model, data } = self;
         self.set(state);

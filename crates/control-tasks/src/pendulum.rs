@@ -3,7 +3,7 @@
 //! Equations, constants and the order of the arithmetic are gymnasium's (1.4.0, `envs/classic_control/pendulum.py`); the
 //! family is that of Jayawardana et al. (NeurIPS 2022), appendix: mass, length and gravity as CARL sets them. The torque is
 //! limited as in gymnasium and CARL, so most of the heavy pendulums cannot be held upright: what counts is how much of what
-//! is possible a method reaches, see [`References`].
+//! is possible a method reaches, see [`references`].
 
 use std::f64::consts::PI;
 
@@ -86,22 +86,6 @@ impl Dynamics for Pendulum {
     }
 }
 
-/// Mean returns of two policies over the same episodes, between which a score is measured.
-///
-/// - **random**: every torque is uniform within the limit.
-/// - **solved**: the best of `TORQUES` torques by values that were computed backwards from the last step on a grid of
-///   angles and velocities. It knows the dynamics, so no method that learns is expected to do much better; a score can exceed
-///   1 a little, as the grid and the torques are coarse.
-///
-/// Source: ours. The paper does not say how it normalises.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct References {
-    /// Of the random policy.
-    pub random: f64,
-    /// Of the solved policy.
-    pub solved: f64,
-}
-
 /// Episodes of the references.
 const EPISODES: u64 = 64;
 
@@ -112,41 +96,43 @@ const TORQUES: usize = 9;
 const ANGLES: usize = 120;
 const VELOCITIES: usize = 101;
 
-impl References {
-    /// Computes both.
-    pub fn of(pendulum: &Pendulum) -> Self {
-        let mut environment = Episodes::of(*pendulum);
-        let mut mean = |policy: &mut dyn FnMut(&State, u32) -> f64| {
-            let mut total = 0.0;
-            let mut observation = [0.0; 3];
-            for episode in 0..EPISODES {
-                environment.reset(episode, &mut observation);
-                for time in 0..Pendulum::HORIZON {
-                    let (reward, after) =
-                        pendulum.step(environment.state, policy(&environment.state, time));
-                    total += reward;
-                    environment.state = after;
-                }
+/// Returns mean returns of two policies over the same episodes, between which a score is measured.
+///
+/// - **random**: every torque is uniform within the limit.
+/// - **solved**: the best of `TORQUES` torques by values that were computed backwards from the last step on a grid of
+///   angles and velocities. It knows the dynamics, so no method that learns is expected to do much better; a score can exceed
+///   1 a little, as the grid and the torques are coarse.
+///
+/// Source: ours. The paper does not say how it normalises.
+pub fn references(pendulum: &Pendulum) -> [f64; 2] {
+    let mut environment = Episodes::of(*pendulum);
+    let mut mean = |policy: &mut dyn FnMut(&State, u32) -> f64| {
+        let mut total = 0.0;
+        let mut observation = [0.0; 3];
+        for episode in 0..EPISODES {
+            environment.reset(episode, &mut observation);
+            for time in 0..Pendulum::HORIZON {
+                let (reward, after) =
+                    pendulum.step(environment.state, policy(&environment.state, time));
+                total += reward;
+                environment.state = after;
             }
-            total / EPISODES as f64
+        }
+        total / EPISODES as f64
+    };
+    let mut draw = Generator::new(0, &["pendulum", "random policy"]);
+    let random = mean(&mut |_, _| pendulum.max_torque_nm * (2.0 * draw.unit() - 1.0));
+    let values = values(pendulum);
+    let solved = mean(&mut |state, time| {
+        let later = &values[time as usize + 1];
+        let worth = |torque: &f64| {
+            let (reward, after) = pendulum.step(*state, *torque);
+            reward + at(later, after)
         };
-        let mut draw = Generator::new(0, &["pendulum", "random policy"]);
-        let random = mean(&mut |_, _| pendulum.max_torque_nm * (2.0 * draw.unit() - 1.0));
-        let values = values(pendulum);
-        let solved = mean(&mut |state, time| {
-            let later = &values[time as usize + 1];
-            let worth = |torque: &f64| {
-                let (reward, after) = pendulum.step(*state, *torque);
-                reward + at(later, after)
-            };
-            let torques = torques(pendulum).map(|torque| (worth(&torque), torque));
-            torques
-                .into_iter()
-                .fold((f64::NEG_INFINITY, 0.0), |a, b| if b.0 > a.0 { b } else { a })
-                .1
-        });
-        Self { random, solved }
-    }
+        let torques = torques(pendulum).map(|torque| (worth(&torque), torque));
+        torques.into_iter().fold((f64::NEG_INFINITY, 0.0), |a, b| if b.0 > a.0 { b } else { a }).1
+    });
+    [random, solved]
 }
 
 fn torques(pendulum: &Pendulum) -> [f64; TORQUES] {
@@ -154,7 +140,6 @@ fn torques(pendulum: &Pendulum) -> [f64; TORQUES] {
     std::array::from_fn(|i| pendulum.max_torque_nm * share(i))
 }
 
-/// Returns the worth of every place of the grid at every time, the last of which is 0.
 fn values(pendulum: &Pendulum) -> Vec<Vec<f32>> {
     let places = (0..ANGLES * VELOCITIES).map(|place| {
         let angle = (place / VELOCITIES) as f64 * 2.0 * PI / ANGLES as f64 - PI;
@@ -186,7 +171,6 @@ fn values(pendulum: &Pendulum) -> Vec<Vec<f32>> {
     values
 }
 
-/// Returns the four places around a state and their shares.
 fn corners([angle, velocity]: State) -> ([usize; 4], [f32; 4]) {
     let across = (wrap(angle) + PI) / (2.0 * PI) * ANGLES as f64;
     let up = (velocity + MAX_SPEED) / (2.0 * MAX_SPEED) * (VELOCITIES - 1) as f64;
@@ -264,7 +248,7 @@ impl Task for Pendulums {
     }
 
     fn scale(environment: &Episodes<Pendulum>) -> Scale {
-        let References { random, solved } = References::of(&environment.dynamics);
+        let [random, solved] = references(&environment.dynamics);
         Scale { zero: random, one: solved, names: Some(["random_return", "solved_return"]) }
     }
 }
@@ -293,15 +277,15 @@ mod tests {
     #[test]
     fn the_solved_policy_solves_gymnasium_s_pendulum_and_is_never_worse_than_the_random_one() {
         let own = Pendulum { mass_kg: 1.0, length_m: 1.0, gravity_mps2: 10.0, max_torque_nm: 2.0 };
-        let References { random, solved } = References::of(&own);
+        let [random, solved] = references(&own);
         assert!(
             (-1350.0..-1100.0).contains(&random) && (-170.0..-120.0).contains(&solved),
             "{random} {solved}"
         );
         let mut least = f64::INFINITY;
         for point in Pendulums::points().iter().step_by(45) {
-            let References { random, solved } =
-                References::of(&Pendulums::dynamics(&Scenario::default(), &point.features));
+            let [random, solved] =
+                references(&Pendulums::dynamics(&Scenario::default(), &point.features));
             least = least.min(solved - random);
         }
         assert!(least > 5.0, "{least}");

@@ -72,7 +72,6 @@ impl Quad {
         Self { tunnels: (0..TUNNELS).map(tunnel).collect(), tilt_check }
     }
 
-    /// Returns by how much a state is where it must not be.
     fn error(&self, [x, y, _, _, tilt, _]: &State) -> f64 {
         let mut error = BEYOND * (-y).max(0.0) + BEYOND * (y - CEILING_M).max(0.0);
         for (i, [lower, upper]) in self.tunnels.iter().enumerate() {

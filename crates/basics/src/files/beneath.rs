@@ -15,10 +15,7 @@ use std::path::{Component, Path};
 use super::FileError;
 
 /// Checks that no folder between a root and a path, and not the path itself, is a link.
-///
-/// # Errors
-///
-/// [`FileError`] naming the link, or saying that the path is not beneath the root.
+/// Fails with [`FileError`] naming the link, or saying that the path is not beneath the root.
 pub fn beneath(root: &Path, path: &Path) -> Result<(), FileError> {
     let wrong = |at: &Path, reason: String| {
         Err(FileError::at("write", at)(Error::new(ErrorKind::InvalidInput, reason)))
@@ -40,19 +37,12 @@ pub fn beneath(root: &Path, path: &Path) -> Result<(), FileError> {
 }
 
 /// Makes a folder and those above it.
-///
-/// # Errors
-///
-/// [`FileError`] when one cannot be made.
 pub fn make_folder(folder: &Path) -> Result<(), FileError> {
     fs::create_dir_all(folder).map_err(FileError::at("create", folder))
 }
 
 /// Makes a folder beneath a root, and the folders between; see [`beneath`].
-///
-/// # Errors
-///
-/// [`FileError`] when one is a link or cannot be made.
+/// Fails with [`FileError`] when one is a link or cannot be made.
 pub fn make_folder_beneath(root: &Path, folder: &Path) -> Result<(), FileError> {
     beneath(root, folder)?;
     make_folder(folder)

@@ -13,13 +13,11 @@ use std::time::Duration;
 
 use super::{FileError, make_folder_beneath};
 
-/// How the names of drafts begin.
 const DRAFT: &str = ".tsc-family-draft-";
 
 /// Age from which on a draft is what a killed process left behind.
 const ABANDONED: Duration = Duration::from_secs(3600);
 
-/// Folders that this process has already tidied up.
 static TIDIED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Returns the permissions of files that others may read, less the user's umask; drafts would be
@@ -29,10 +27,7 @@ pub fn readable() -> Permissions {
 }
 
 /// Writes a file so that it is either as before or complete: a draft beside it, synced and renamed.
-///
-/// # Errors
-///
-/// [`FileError`] when the folder cannot be written; nothing is left behind.
+/// Fails with [`FileError`] when the folder cannot be written; nothing is left behind.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     by_way_of(parent.unwrap_or(Path::new(".")), path, bytes).map(drop)
@@ -40,10 +35,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 
 /// Writes a file beneath a root so that it is either as before or complete, with the draft in another folder
 /// beneath it. Both folders are made where they are missing, and neither may be reached through a link.
-///
-/// # Errors
-///
-/// [`FileError`] when a folder is a link or cannot be written; nothing is left behind.
+/// Fails with [`FileError`] when a folder is a link or cannot be written; nothing is left behind.
 pub fn replace(root: &Path, path: &Path, drafts: &Path, bytes: &[u8]) -> Result<(), FileError> {
     for folder in path.parent().into_iter().chain([drafts]) {
         make_folder_beneath(root, folder)?;
@@ -53,10 +45,7 @@ pub fn replace(root: &Path, path: &Path, drafts: &Path, bytes: &[u8]) -> Result<
 
 /// The same, of a file that may not be a link either; returns it, locked. What stood there stays as it is under any other
 /// name that it has.
-///
-/// # Errors
-///
-/// [`FileError`] when a folder or the file is a link, or cannot be written.
+/// Fails with [`FileError`] when a folder or the file is a link, or cannot be written.
 pub fn new_beneath(
     root: &Path,
     path: &Path,
@@ -81,7 +70,6 @@ fn by_way_of(drafts: &Path, path: &Path, bytes: &[u8]) -> Result<File, FileError
     draft.persist(path).map_err(|e| FileError::at("write", path)(e.error))
 }
 
-/// Removes drafts that killed processes left in a folder, once per process and folder.
 fn tidy_up_once(folder: &Path) {
     let is_new = TIDIED.lock().is_ok_and(|mut tidied| tidied.insert(folder.to_path_buf()));
     let entries = is_new.then(|| fs::read_dir(folder).ok()).flatten();

@@ -37,38 +37,26 @@ impl FileError {
 }
 
 /// Opens a file that somebody named; see [`sheet::file::open`].
-///
-/// # Errors
-///
-/// [`FileError`] when it cannot be opened or is no regular file.
+/// Fails with [`FileError`] when it cannot be opened or is no regular file.
 pub fn open(path: &Path) -> Result<File, FileError> {
     sheet::file::open(path).map(|(file, _)| file).map_err(FileError::at("read", path))
 }
 
 /// Returns the bytes of a file that somebody named, which has at most so many; see [`sheet::file::read`].
-///
-/// # Errors
-///
-/// [`FileError`] when it cannot be read, is no regular file or larger.
+/// Fails with [`FileError`] when it cannot be read, is no regular file or larger.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {
     sheet::file::read(path, most).map_err(FileError::at("read", path))
 }
 
 /// Returns the text of a file that somebody named.
-///
-/// # Errors
-///
-/// As [`read`]; of the kind [`ErrorKind::InvalidData`] where it is no text in UTF-8.
+/// Fails as [`read`]; of the kind [`ErrorKind::InvalidData`] where it is no text in UTF-8.
 pub fn read_text(path: &Path, most: u64) -> Result<String, FileError> {
     let no_text = |_| io::Error::new(ErrorKind::InvalidData, "it is no text in UTF-8");
     String::from_utf8(read(path, most)?).map_err(no_text).map_err(FileError::at("read", path))
 }
 
 /// Returns what is read of a file; `None` where there is none.
-///
-/// # Errors
-///
-/// Any other that reading it gave.
+/// Fails with any other that reading it gave.
 pub fn if_present<T>(read: Result<T, FileError>) -> Result<Option<T>, FileError> {
     let absent = |e: &FileError| e.reason.kind() == ErrorKind::NotFound;
     read.map(Some).or_else(|e| if absent(&e) { Ok(None) } else { Err(e) })

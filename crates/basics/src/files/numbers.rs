@@ -5,10 +5,7 @@
 pub const LARGEST: f64 = 1e100;
 
 /// Checks numbers that have names.
-///
-/// # Errors
-///
-/// The first that is larger, and what was expected.
+/// The error is the first that is larger, and what was expected.
 pub fn check_all<'a>(
     numbers: impl IntoIterator<Item = (&'a String, &'a f64)>,
 ) -> Result<(), String> {

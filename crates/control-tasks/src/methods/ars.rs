@@ -1,10 +1,9 @@
 //! `ars`: augmented random search, as sb3-contrib has it.
 
 use super::{Method, Training};
-pub use learners::rl::sb3::ars::{Ars as Algorithm, Settings as Config};
+pub(crate) use learners::rl::sb3::ars::{Ars as Algorithm, Settings as Config};
 
-/// `ars` as evaluation knows it.
-pub const METHOD: Method = Method {
+pub(crate) const METHOD: Method = Method {
     summary: "augmented random search with a linear policy, as in sb3-contrib",
     decision_s: 1.5e-7,
     dash: "8 2 2 2",
@@ -12,8 +11,7 @@ pub const METHOD: Method = Method {
     ..Method::built_in("ars", Training::Learned, "#882255")
 };
 
-/// Returns products and sums of a step, updates included, for observation and action of so many numbers.
-pub(crate) fn work(_config: &Config, numbers: usize) -> f64 {
+pub(crate) const WORK: fn(&Config, usize) -> f64 = |_config, numbers| {
     // A matrix times an observation; most of a step is the environment's.
     20.0 + numbers as f64
-}
+};

@@ -1,10 +1,9 @@
 //! `dqn`: deep Q-learning, as Stable-Baselines3 has it.
 
 use super::{Method, Training, weights};
-pub use learners::rl::sb3::dqn::{Dqn as Algorithm, Settings as Config};
+pub(crate) use learners::rl::sb3::dqn::{Dqn as Algorithm, Settings as Config};
 
-/// `dqn` as evaluation knows it.
-pub const METHOD: Method = Method {
+pub(crate) const METHOD: Method = Method {
     summary: "deep Q-learning, as in Stable-Baselines3",
     default: true,
     decision_s: 3.3e-6,
@@ -13,9 +12,8 @@ pub const METHOD: Method = Method {
     ..Method::built_in("dqn", Training::Learned, "#d55e00")
 };
 
-/// Returns products and sums of a step, updates included, for observation and action of so many numbers.
-pub(crate) fn work(config: &Config, numbers: usize) -> f64 {
+pub(crate) const WORK: fn(&Config, usize) -> f64 = |config, numbers| {
     let updates = f64::from(config.gradient_steps) / config.train_frequency as f64;
     // Both networks forward, and one twice as much backward.
     4.0 * updates * config.batch_size as f64 * weights(numbers, config.hidden, config.hidden)
-}
+};

@@ -1,17 +1,17 @@
-//! Methods for control tasks: name, settings and defaults of each; what they compute is in the crate of learners.
+//! Methods for control tasks: name, settings and defaults of each, and the products and sums of a step (`WORK`), updates
+//! included, for observation and action of so many numbers; what they compute is in the crate of learners.
 
-pub mod ars;
-pub mod dqn;
-pub mod ppo;
-pub mod sac;
-pub mod td3;
-pub mod trpo;
+pub(crate) mod ars;
+pub(crate) mod dqn;
+pub(crate) mod ppo;
+pub(crate) mod sac;
+pub(crate) mod td3;
+pub(crate) mod trpo;
 
 use evaluation::run::method::{Method, Training};
 use learners::rl::sb3::Trainer;
 
-/// Makes a training of a method from a seed.
-pub type Begin = dyn Fn(u64) -> Box<dyn Trainer>;
+pub(crate) type Begin = dyn Fn(u64) -> Box<dyn Trainer>;
 
 /// Returns the weights of a network with two hidden layers and inputs and outputs of so many numbers together; those
 /// between the hidden layers count once, all others with the layer they are next to.

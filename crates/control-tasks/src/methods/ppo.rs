@@ -1,10 +1,9 @@
 //! `ppo`: proximal policy optimisation, as Stable-Baselines3 has it.
 
 use super::{Method, Training, weights};
-pub use learners::rl::sb3::ppo::{Ppo as Algorithm, Settings as Config};
+pub(crate) use learners::rl::sb3::ppo::{Ppo as Algorithm, Settings as Config};
 
-/// `ppo` as evaluation knows it.
-pub const METHOD: Method = Method {
+pub(crate) const METHOD: Method = Method {
     summary: "proximal policy optimisation, as in Stable-Baselines3",
     default: true,
     decision_s: 5.2e-6,
@@ -12,8 +11,7 @@ pub const METHOD: Method = Method {
     ..Method::built_in("ppo", Training::Learned, "#0072b2")
 };
 
-/// Returns products and sums of a step, updates included, for observation and action of so many numbers.
-pub(crate) fn work(config: &Config, numbers: usize) -> f64 {
+pub(crate) const WORK: fn(&Config, usize) -> f64 = |config, numbers| {
     // Policy and value, forward and twice as much backward.
     2.0 * 3.0 * config.update_epochs as f64 * weights(numbers, config.hidden, config.hidden)
-}
+};

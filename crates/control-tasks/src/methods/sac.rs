@@ -1,10 +1,9 @@
 //! `sac`: soft actor-critic, as Stable-Baselines3 has it.
 
 use super::{Method, Training, weights};
-pub use learners::rl::sb3::sac::{Sac as Algorithm, Settings as Config};
+pub(crate) use learners::rl::sb3::sac::{Sac as Algorithm, Settings as Config};
 
-/// `sac` as evaluation knows it.
-pub const METHOD: Method = Method {
+pub(crate) const METHOD: Method = Method {
     summary: "soft actor-critic, as in Stable-Baselines3",
     default: true,
     decision_s: 8e-3,
@@ -13,9 +12,8 @@ pub const METHOD: Method = Method {
     ..Method::built_in("sac", Training::Learned, "#e69f00")
 };
 
-/// Returns products and sums of a step, updates included, for observation and action of so many numbers.
-pub(crate) fn work(config: &Config, numbers: usize) -> f64 {
+pub(crate) const WORK: fn(&Config, usize) -> f64 = |config, numbers| {
     let updates = f64::from(config.gradient_steps) / config.train_frequency as f64;
     // Forward: policy and targets afterwards, policy, both critics twice; backward: both critics twice, policy.
     18.0 * updates * config.batch_size as f64 * weights(numbers, config.hidden, config.hidden)
-}
+};

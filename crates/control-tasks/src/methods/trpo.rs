@@ -1,10 +1,9 @@
 //! `trpo`: trust region policy optimisation, as sb3-contrib has it.
 
 use super::{Method, Training, weights};
-pub use learners::rl::sb3::trpo::{Settings as Config, Trpo as Algorithm};
+pub(crate) use learners::rl::sb3::trpo::{Settings as Config, Trpo as Algorithm};
 
-/// `trpo` as evaluation knows it.
-pub const METHOD: Method = Method {
+pub(crate) const METHOD: Method = Method {
     summary: "trust region policy optimisation, as in sb3-contrib",
     decision_s: 6e-6,
     dash: "2 2",
@@ -12,9 +11,8 @@ pub const METHOD: Method = Method {
     ..Method::built_in("trpo", Training::Learned, "#009e73")
 };
 
-/// Returns products and sums of a step, updates included, for observation and action of so many numbers.
-pub(crate) fn work(config: &Config, numbers: usize) -> f64 {
+pub(crate) const WORK: fn(&Config, usize) -> f64 = |config, numbers| {
     // The value forward and twice as much backward, and four passes of the policy per step of conjugate gradients.
     let passes = 3.0 * config.critic_epochs as f64 + 4.0 * f64::from(config.cg_steps);
     passes * weights(numbers, config.hidden, config.hidden)
-}
+};

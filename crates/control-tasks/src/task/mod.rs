@@ -2,8 +2,6 @@
 
 pub mod scenario;
 
-use serde_json::Value;
-
 use self::scenario::Settings;
 use crate::episodes::{Dynamics, Episodes};
 use evaluation::family::MdpFamily;
@@ -91,10 +89,7 @@ pub trait Task: std::fmt::Debug + Clone + Copy + Default + Send + Sync + 'static
     type Dynamics: Dynamics + Clone + 'static;
 
     /// Looks for the simulator, where it is not a part of this program, and returns what stands in manifests for it.
-    ///
-    /// # Errors
-    ///
-    /// What is missing, and the way out.
+    /// The error is what is missing, and the way out.
     fn simulator() -> Result<String, Cause> {
         Ok(Self::SIMULATOR.to_owned())
     }
@@ -103,10 +98,7 @@ pub trait Task: std::fmt::Debug + Clone + Copy + Default + Send + Sync + 'static
     fn points() -> Vec<PointMdp>;
 
     /// Checks a context beyond the ranges of its values.
-    ///
-    /// # Errors
-    ///
-    /// The place of a feature, and what is wrong with its value and the way out.
+    /// The error is the place of a feature, and what is wrong with its value and the way out.
     fn check(_scenario: &Self::Scenario, _context: &[f64]) -> Result<(), (usize, String)> {
         Ok(())
     }
@@ -125,7 +117,6 @@ pub trait Task: std::fmt::Debug + Clone + Copy + Default + Send + Sync + 'static
     }
 }
 
-/// Returns the features of a context one by one.
 pub(crate) fn all<const N: usize>(context: &[f64]) -> [f64; N] {
     context.try_into().expect("a context has all features")
 }
@@ -139,13 +130,6 @@ pub struct Scale {
     pub one: f64,
     /// Names under which the two stand in records; `None` where they are the same for all point MDPs.
     pub names: Option<[&'static str; 2]>,
-}
-
-impl Scale {
-    /// Returns the objective of a score.
-    pub fn of(&self, score: f64) -> f64 {
-        (score - self.zero) / (self.one - self.zero)
-    }
 }
 
 /// Returns a point MDP per combination of values, the last feature changing first, all equally important. An id has a
@@ -180,21 +164,11 @@ pub fn point(
     PointMdp { id: words.join("-"), title, features: context.to_vec(), importance, instances: 1 }
 }
 
-/// Returns the family of a task under a name.
-pub fn family<T: Task>(name: &str) -> MdpFamily {
+pub(crate) fn family<T: Task>(name: &str) -> MdpFamily {
     let features = T::FEATURES
         .iter()
         .map(|f| evaluation::family::Feature { name: f.name.into(), unit: f.unit.into() });
     MdpFamily::new(name, features.collect(), T::points(), name).expect("equal shares sum to 1")
-}
-
-/// Returns the scenario of a manifest's settings.
-///
-/// # Errors
-///
-/// What is wrong with it, in words.
-pub fn scenario_of<T: Task>(settings: &Value) -> Result<T::Scenario, String> {
-    serde_json::from_value(settings.clone()).map_err(|e| format!("manifest.json: settings: {e}"))
 }
 
 #[cfg(test)]

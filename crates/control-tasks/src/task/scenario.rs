@@ -78,15 +78,9 @@ pub trait Settings: Named + Default + Clone + std::fmt::Debug + Send + Sync + 's
     fn work(&self, method: &str, numbers: usize) -> Option<f64>;
 
     /// Reads a scenario.
-    ///
-    /// # Arguments
-    ///
-    /// * `file` — the file named in errors.
-    /// * `overrides` — settings that replace the text's.
-    ///
-    /// # Errors
-    ///
-    /// [`FamilyError`] when a setting does not exist, has a wrong type or is out of range.
+    /// `file`: the file named in errors.
+    /// `overrides`: settings that replace the text's.
+    /// Fails with [`FamilyError`] when a setting does not exist, has a wrong type or is out of range.
     fn read(text: &str, file: &str, overrides: &[Override]) -> Result<Self, FamilyError> {
         let wrong = |message: String| FamilyError::Toml { file: file.to_owned(), message };
         toml::from_str::<Self>(text).map_err(|e| file_error::<Self>(file, text, &e))?;
@@ -104,10 +98,7 @@ pub trait Settings: Named + Default + Clone + std::fmt::Debug + Send + Sync + 's
     }
 
     /// Checks the ranges of numbers.
-    ///
-    /// # Errors
-    ///
-    /// [`FamilyError::Setting`] naming file and setting.
+    /// Fails with [`FamilyError::Setting`] naming file and setting.
     fn check(&self, file: &str) -> Result<(), FamilyError> {
         let wrong = |field: &str, value: &str, expected: &str| {
             Err(FamilyError::Setting {
@@ -132,14 +123,10 @@ pub trait Settings: Named + Default + Clone + std::fmt::Debug + Send + Sync + 's
 
 /// Returns the scenario of settings that stand on their preset.
 fn on_preset<S: Settings>(settings: &Table) -> Result<S, String> {
-    #[derive(Default, Deserialize)]
-    #[serde(default)]
-    struct OnPreset {
-        preset: Preset,
-    }
     let message = |e: toml::de::Error| explain::<S>(e.message(), "");
-    let named: OnPreset = settings.clone().try_into().map_err(message)?;
-    let text = match named.preset {
+    let preset = settings.get("preset").cloned();
+    let preset = preset.map_or(Ok(Preset::default()), toml::Value::try_into);
+    let text = match preset.map_err(message)? {
         Preset::Sb3 => "",
         Preset::Tuned => S::Task::TUNED,
     };
@@ -247,8 +234,8 @@ macro_rules! scenario {
 
             fn work(&self, method: &str, numbers: usize) -> Option<f64> {
                 $(if method == $method::METHOD.name {
-                    let usual = $method::work(&$method::Config::default(), 4 + 2);
-                    return Some($method::work(&self.$method, numbers) / usual);
+                    let usual = ($method::WORK)(&$method::Config::default(), 4 + 2);
+                    return Some(($method::WORK)(&self.$method, numbers) / usual);
                 })*
                 None
             }

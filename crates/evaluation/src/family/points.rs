@@ -44,12 +44,12 @@ const LARGEST: f64 = 1e12;
 pub fn read(name: &str, text: &str, file: &str, kind: &Kind<'_>) -> Result<MdpFamily, FamilyError> {
     let fail = |fault| at(file, fault);
     let mut sheet = Sheet::of(text).map_err(fail)?;
-    let empty = sheet.headers().iter().all(str::is_empty);
+    let empty = sheet.headers.iter().all(str::is_empty);
     if empty {
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
-    let header_line = sheet.header_line();
-    let columns = Columns::find(sheet.headers(), kind.needed)
+    let header_line = sheet.header_line;
+    let columns = Columns::find(&sheet.headers, kind.needed)
         .and_then(|columns| weighted(&columns, kind).map(|()| columns))
         .map_err(|message| fail(Fault { line: header_line, message }))?;
     let no_features = [&OTHERS[..], &[kind.counts]].concat();

@@ -218,9 +218,9 @@ fn cell<T: Value>(row: &Row, columns: &Columns, name: &str) -> Result<Option<T>,
 pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
     let fail = |fault| at(file, fault);
     let mut sheet = Sheet::of(text).map_err(fail)?;
-    let line = sheet.header_line();
+    let line = sheet.header_line;
     let wrong = |message| fail(Fault { line, message });
-    let columns = Columns::find(sheet.headers(), &NEEDED).map_err(wrong)?;
+    let columns = Columns::find(&sheet.headers, &NEEDED).map_err(wrong)?;
     columns.only(&[&OTHERS[..], &WHOSE, WRITTEN].concat()).map_err(wrong)?;
     let mut plans: Vec<NamedPlan> = Vec::new();
     // What rows of a plan said before.

@@ -86,12 +86,12 @@ fn read_with(
 ) -> Result<Vec<Intersection>, FamilyError> {
     let fail = |fault| at(file, fault);
     let mut sheet = Sheet::of(text).map_err(fail)?;
-    if sheet.headers().iter().all(str::is_empty) {
+    if sheet.headers.iter().all(str::is_empty) {
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
-    let header_line = sheet.header_line();
+    let header_line = sheet.header_line;
     let known = written::WRITTEN.map(|(_, name, _)| name);
-    let columns = Columns::find(sheet.headers(), &COLUMNS)
+    let columns = Columns::find(&sheet.headers, &COLUMNS)
         .and_then(|columns| columns.only(&known).map(|()| columns))
         .map_err(|message| fail(Fault::new(header_line, message)))?;
     let mut rows = Vec::new();

@@ -140,7 +140,7 @@ fn scenario_of(table: &Path) -> Result<String, FamilyError> {
     let file = table.display().to_string();
     let text = read_text(table)?;
     let sheet = Sheet::of(&text).map_err(|fault| at(&file, fault))?;
-    let has = |name: &str| sheet.headers().iter().any(|h| h.eq_ignore_ascii_case(name));
+    let has = |name: &str| sheet.headers.iter().any(|h| h.eq_ignore_ascii_case(name));
     let kind = match () {
         () if has("arm") && has("bearing_deg") => "approaches",
         () if has("importance") || has("intersections") => "points",
@@ -148,7 +148,7 @@ fn scenario_of(table: &Path) -> Result<String, FamilyError> {
             let message = "a table without the columns of a scenario: approaches have arm and bearing_deg, point MDPs \
                            have importance or intersections; give turning counts, UTDF and signal lists to \
                            build-networks (--turning-counts, --utdf, --signals)";
-            return Err(at(&file, Fault::new(sheet.header_line(), message)));
+            return Err(at(&file, Fault::new(sheet.header_line, message)));
         }
     };
     let called = table.file_name().unwrap_or_default().to_string_lossy().into_owned();

@@ -46,8 +46,7 @@ impl Scores {
     fn parse(bytes: &[u8]) -> Result<Self, String> {
         let at = |line: u64, what: String| format!("line {line}: {what}");
         let mut sheet = Sheet::open(bytes).map_err(|fault| at(fault.line, fault.message))?;
-        let headers: Vec<String> =
-            sheet.headers().iter().map(|h| h.trim().to_lowercase()).collect();
+        let headers: Vec<String> = sheet.headers.iter().map(|h| h.trim().to_lowercase()).collect();
         let column = |name: &str| headers.iter().position(|h| h == name);
         let once: BTreeSet<&String> = headers.iter().collect();
         let columns = (column("point"), column(DELAY), column("seed"), column("episode"));
@@ -59,7 +58,7 @@ impl Scores {
         let vehicles = column(VEHICLES);
         if which == usize::MAX || once.len() < headers.len() || vehicles.is_some() && !has_seeds {
             return Err(at(
-                sheet.header_line(),
+                sheet.header_line,
                 format!(
                     "expected the columns point, {DELAY} and either seed (and {VEHICLES}) or episode, each once; found {}",
                     headers.join(", ")
