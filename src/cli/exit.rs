@@ -141,8 +141,7 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
         SimError {
             SimError::Unavailable(_) | SimError::Absent(_) => NO_SUMO,
             SimError::Io(e) => file(e),
-            SimError::NoSignals(_)
-            | SimError::Signal { .. }
+            SimError::Signal { .. }
             | SimError::NoVehicles(_)
             | SimError::Config { .. }
             | SimError::Obstacles(_)

@@ -316,12 +316,8 @@ fn planted_faults_are_found() {
         // The fourth link turns left across the opposing through lanes.
         ("state=\"GGGg", "state=\"GGGG", "meet but are both protected"),
         ("GGGgrrrrGGGgrrrr", "rrrrrrrrrrrrrrrr", "program \"phases\", phase 0: serves nothing"),
-        (
-            "length=\"234.50\" shape",
-            "length=\"230.00\" shape",
-            "in0 is 230 m long instead of 234.5",
-        ),
-        (connection, "", "movement in0 to out3 has no connection"),
+        ("length=\"234.50\" shape", "length=\"230.00\" shape", "of 234.5 m with 13.41 m/s"),
+        (connection, "", "connection in0_0 to out3_0 is missing or was not asked for"),
         ("<tlLogic", other, "program \"program\" is not the one that SUMO starts with"),
     ] {
         let fault = fault(&net.replacen(from, to, 1));

@@ -141,7 +141,7 @@ fn a_sumo_scenario_is_a_point_mdp_too_and_needs_a_signal() {
     folder.write("n.edg.xml", "<edges><edge id=\"e\" from=\"a\" to=\"b\"/></edges>");
     netconvert(folder.path(), "-n n.nod.xml -e n.edg.xml -o n.net.xml -X never");
     folder.write("n.sumocfg", "<c><net-file value=\"n.net.xml\"/><end value=\"60\"/></c>");
-    folder.refuses(&[("run --sumocfg n.sumocfg --out out", "has no traffic signal")]);
+    folder.refuses(&[("run --sumocfg n.sumocfg --out out", "it has no traffic signal")]);
 }
 
 /// Runs netconvert in a folder.

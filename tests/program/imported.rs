@@ -164,19 +164,18 @@ fn what_only_a_change_of_the_files_or_sumo_itself_refuses_is_named_with_the_rest
     configure(&folder, PLAIN);
     folder.refuses(&[(&format!("{RUN} out"), "a.sumocfg: none of its files has a vehicle")]);
     folder.run("signals a.sumocfg");
-    folder.edit("n.xml", "<net version=\"1.9\"", "<net version=\"9.87\"");
     let unknown = "<routes><route id='r' edges='nowhere'/><vehicle id='v' depart='triggered' route='r'/></routes>";
     folder.write("r.xml", unknown);
     folder.write("a.sumocfg", &format!("<c>{PLAIN}</c>"));
     let said = refused(&folder);
     assert!(said.contains("a.sumocfg: no end; pass --end 3600"), "{said}");
     assert!(said.contains("a.sumocfg: SUMO cannot load it: The edge 'nowhere'"), "{said}");
-    assert!(!said.contains("is of SUMO"), "no version knows that edge: {said}");
+    assert!(!said.contains("a newer SUMO"), "no version knows that edge: {said}");
     let net = folder.read("n.xml");
     let class = net.replacen("<lane id=\"", "<lane disallow=\"drone\" id=\"", 1);
     folder.write("n.xml", &class);
     let said = refused(&folder);
-    assert!(said.contains("n.xml is of SUMO 9.87, and SUMO"), "{said}");
+    assert!(said.contains("; a newer SUMO may know it"), "{said}");
     assert!(said.contains("pass --end 3600 --accept newer-classes"), "{said}");
 }
 

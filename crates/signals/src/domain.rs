@@ -15,7 +15,6 @@ use super::controllers::{create, setup};
 use super::env::World;
 use super::environment::InputFiles;
 use super::environment::{environment, folder_of, planned_demand, planned_world};
-use super::error::TrafficError;
 use super::model::{BUILT_ON, SignalModel};
 use super::network_files::GENERATED;
 use super::own::external::VehiclesOf;
@@ -26,7 +25,7 @@ use super::sim::Sim;
 #[cfg(feature = "libsumo")]
 use super::sim::libsumo::SumoSim;
 use super::sim::net_file::signals_in;
-use super::trial::{DELAY, SignalTrial, VEHICLES, of_files, of_network, of_sim};
+use super::trial::{DELAY, SignalTrial, VEHICLES};
 use basics::files::FileError;
 use basics::hash::{sha256, sha256_file};
 use evaluation::run::RunError;
@@ -141,7 +140,7 @@ impl Traffic {
         let controller = controller.map_err(|e| TrialError::Input(e.into()))?;
         let env = environment(sim, world, scenario, site.scratch);
         for path in self.own_of(method).into_iter().flat_map(Own::read) {
-            held.hold(path).map_err(of_files)?;
+            held.hold(path)?;
         }
         Ok(Box::new(SignalTrial::new(env, controller, held)))
     }
@@ -156,7 +155,7 @@ fn vehicles_of(point: &PointRow, prepared: &Path) -> Result<VehiclesOf, TrialErr
         );
         return Err(TrialError::Input(reason.into()));
     }
-    let demand = planned_demand(point, prepared).map_err(of_files)?;
+    let demand = planned_demand(point, prepared)?;
     Ok(Box::new(move |seed| sha256(demand.routes(seed).1.as_bytes())))
 }
 
@@ -205,25 +204,14 @@ impl Domain for Traffic {
         }
         let scenario = scenario_of(site.settings).map_err(|e| TrialError::Input(e.into()))?;
         let own = method == program::METHOD.name;
-        let world = planned_world(site.point, site.prepared, own, method).map_err(|e| match e {
-            TrafficError::Network(e) => of_network(e),
-            TrafficError::Sim(e) => of_sim(e),
-            other => of_files(other),
-        })?;
+        let world = planned_world(site.point, site.prepared, own, method)?;
         #[cfg(feature = "libsumo")]
-        return self.in_world(
-            SumoSim::new().map_err(of_sim)?,
-            world,
-            &scenario,
-            site,
-            method,
-            seed,
-        );
+        return self.in_world(SumoSim::new()?, world, &scenario, site, method, seed);
         #[cfg(not(feature = "libsumo"))]
         {
             let _ = (world, scenario, method, seed);
             let reason = "built without the feature `libsumo`".to_owned();
-            Err(of_sim(super::sim::SimError::Unavailable(reason)))
+            Err(super::sim::SimError::Unavailable(reason).into())
         }
     }
 
@@ -266,7 +254,7 @@ impl Domain for Traffic {
         if point.environment != GENERATED {
             return Ok(None);
         }
-        let demand = planned_demand(point, prepared).map_err(of_files)?;
+        let demand = planned_demand(point, prepared)?;
         Ok(Some((VEHICLES, f64::from(demand.routes(seed).0))))
     }
 

@@ -51,35 +51,22 @@ pub fn generated_world(files: &NetworkFiles) -> Result<World, TrafficError> {
     // Networks may come from a stranger, with an index or a manifest that has their hashes.
     let intake = Intake::read(&files.sumocfg, &Given::default())?;
     let fail = |reason: String| SimError::Config { path: files.sumocfg.clone(), reason };
-    for (_, file) in intake.sources.named() {
-        if file != files.net && file != files.routes {
-            return Err(fail(format!(
-                "it names {}, which is no file of the network",
-                file.display()
-            ))
-            .into());
-        }
-    }
+    let others = intake.sources.named().map(|(_, file)| file);
+    let others = others.filter(|file| *file != files.net && *file != files.routes);
+    let others = others.map(|file| format!("it names {}", file.display()));
     let obstacles = intake.obstacles.iter().map(|o| format!("{}: {}", o.place, o.reason));
-    let notes = intake.notes.iter().filter(|note| !note.starts_with("time-to-teleport")).cloned();
-    if let Some(other) = obstacles.chain(notes).next() {
+    if let Some(other) = others.chain(obstacles).chain(intake.notes.iter().cloned()).next() {
         return Err(fail(format!("it is not as networks are generated: {other}")).into());
     }
     let demand = DemandSpec::read(&files.demand)?;
     let mut world = World::of(intake)?;
     world.files = None;
-    world.turn_shares = demand
-        .streams
-        .iter()
-        .flat_map(|stream| {
-            stream.routes.iter().map(|route| TurnShare {
-                from: stream.from.clone(),
-                to: route.to.clone(),
-                share: route.share,
-            })
-        })
-        .collect();
     for stream in &demand.streams {
+        world.turn_shares.extend(stream.routes.iter().map(|route| TurnShare {
+            from: stream.from.clone(),
+            to: route.to.clone(),
+            share: route.share,
+        }));
         world
             .pedestrians
             .extend(stream.pedestrians_per_h.map(|per_h| (stream.from.clone(), per_h)));
@@ -206,26 +193,14 @@ pub fn hash_scenario(intake: &Intake) -> Result<BTreeMap<String, String>, Traffi
 /// Files that a task reads; none by default.
 #[derive(Debug, Default)]
 pub struct InputFiles {
-    files: Vec<InputFile>,
+    /// Path, sha256 and stamp of each.
+    files: Vec<(PathBuf, String, Stamp)>,
     /// Keeps those who tidy up from removing the folder.
     lock: Option<File>,
 }
 
-#[derive(Debug)]
-struct InputFile {
-    path: PathBuf,
-    sha256: String,
-    stamp: Stamp,
-}
-
-/// What changes when a file is written or exchanged for another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Stamp {
-    device: u64,
-    inode: u64,
-    bytes: u64,
-    modified: (i64, i64),
-}
+/// What changes when a file is written or exchanged for another: device, inode, bytes, and when it was modified.
+type Stamp = (u64, u64, u64, i64, i64);
 
 impl InputFiles {
     /// Keeps others from removing a folder while this lives, where the file system has locks.
@@ -257,9 +232,8 @@ impl InputFiles {
     pub fn hold(&mut self, path: &Path) -> Result<&str, TrafficError> {
         // Before it is read: what is written in between shows in the next stamp.
         let stamp = stamp(path)?.ok_or_else(|| altered(path, "was deleted"))?;
-        let sha256 = sha256_file(path)?;
-        self.files.push(InputFile { path: path.to_path_buf(), sha256, stamp });
-        Ok(&self.files[self.files.len() - 1].sha256)
+        self.files.push((path.to_path_buf(), sha256_file(path)?, stamp));
+        Ok(&self.files[self.files.len() - 1].1)
     }
 
     /// Checks that no file was written, exchanged or deleted since it was added.
@@ -269,7 +243,7 @@ impl InputFiles {
     /// [`TrafficError::Altered`] when one is not the planned one any more, [`TrafficError::Disturbed`] when it
     /// is, but was written meanwhile.
     pub fn verify(&self) -> Result<(), TrafficError> {
-        for InputFile { path, sha256, stamp: before } in &self.files {
+        for (path, sha256, before) in &self.files {
             match stamp(path)? {
                 None => return Err(altered(path, "was deleted")),
                 Some(now) if now == *before => {}
@@ -289,17 +263,11 @@ fn altered(path: &Path, what: &'static str) -> TrafficError {
 
 /// Returns the stamp of a file; `None` if there is none.
 fn stamp(path: &Path) -> Result<Option<Stamp>, FileError> {
-    let metadata = match fs::metadata(path) {
-        Ok(metadata) => metadata,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(e) => return Err(FileError::at("read", path)(e)),
-    };
-    Ok(Some(Stamp {
-        device: metadata.dev(),
-        inode: metadata.ino(),
-        bytes: metadata.len(),
-        modified: (metadata.mtime(), metadata.mtime_nsec()),
-    }))
+    match fs::metadata(path) {
+        Ok(m) => Ok(Some((m.dev(), m.ino(), m.len(), m.mtime(), m.mtime_nsec()))),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(FileError::at("read", path)(e)),
+    }
 }
 
 #[cfg(test)]

@@ -110,6 +110,7 @@ impl DrawnArm {
 
 /// Where a family's intersections are.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Places {
     /// All intersections, in the order of the table of approaches.
     pub intersections: Vec<MappedIntersection>,
@@ -119,20 +120,6 @@ pub struct Places {
     /// The simulated intersections with arms of their own, as they are drawn.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drawings: Vec<DrawnIntersection>,
-}
-
-/// A file of places.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Kept {
-    intersections: Vec<MappedIntersection>,
-    #[serde(default)]
-    streets: Vec<StreetsOfRank>,
-    #[serde(default)]
-    drawings: Vec<DrawnIntersection>,
-    /// Of the rest; versions before had none.
-    #[serde(default)]
-    sha256: Option<String>,
 }
 
 impl Places {
@@ -172,25 +159,20 @@ impl Places {
     /// [`StoreError::Renewable`] when they are damaged.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, StoreError> {
         let malformed = |reason: String| StoreError::Renewable { path: path.to_path_buf(), reason };
-        let Kept { intersections, streets, drawings, sha256 } =
+        let mut kept: serde_json::Value =
             serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
-        let places = Self { intersections, streets, drawings };
-        if sha256.is_some_and(|expected| expected != places.sha256()) {
+        // Versions before had no checksum.
+        let expected = kept.as_object_mut().and_then(|fields| fields.remove("sha256"));
+        let places: Self = serde_json::from_value(kept).map_err(|e| malformed(e.to_string()))?;
+        if expected.is_some_and(|expected| expected != sha256(places.content().as_bytes())) {
             return Err(malformed("altered: the checksum does not match".to_owned()));
         }
-        let on_earth =
-            |p: &MappedIntersection| p.latitude.abs() <= 90.0 && p.longitude.abs() <= 180.0;
-        if let Some(place) = places.intersections.iter().find(|place| !on_earth(place)) {
-            return Err(malformed(format!("intersection {} lies nowhere on earth", place.id)));
+        let lines = places.streets.iter().flat_map(|streets| &streets.lines).flatten().copied();
+        let mut all = lines.chain(places.intersections.iter().map(|p| [p.longitude, p.latitude]));
+        match all.all(|[longitude, latitude]| longitude.abs() <= 180.0 && latitude.abs() <= 90.0) {
+            true => Ok(places),
+            false => Err(malformed("something in it lies nowhere on earth".to_owned())),
         }
-        let all = places.streets.iter().flat_map(|streets| &streets.lines).flatten();
-        if all
-            .clone()
-            .any(|[longitude, latitude]| !(longitude.abs() <= 180.0 && latitude.abs() <= 90.0))
-        {
-            return Err(malformed("a street lies nowhere on earth".to_owned()));
-        }
-        Ok(places)
     }
 
     /// Returns the text of a file of places, an intersection per line, with its checksum at the end.
@@ -199,29 +181,22 @@ impl Places {
         format!("{content},\n\"sha256\":\"{}\"}}\n", sha256(content.as_bytes()))
     }
 
-    /// Returns the checksum of what is in it, however it was written.
-    fn sha256(&self) -> String {
-        sha256(self.content().as_bytes())
-    }
-
     /// Returns the text of a file of places, but its end.
     fn content(&self) -> String {
-        let line = |value: serde_json::Result<String>| value.expect("places are plain data");
-        let rows = |rows: Vec<String>| rows.join(",\n");
-        let intersections = self.intersections.iter().map(|p| line(serde_json::to_string(p)));
-        let streets = self.streets.iter().map(|s| line(serde_json::to_string(s)));
-        let drawings = self.drawings.iter().map(|d| line(serde_json::to_string(d)));
         // Files without drawings have the checksum of the versions before.
         let drawings = match self.drawings.is_empty() {
             true => String::new(),
-            false => format!(",\"drawings\":[\n{}\n]", rows(drawings.collect())),
+            false => format!(",{}", rows("drawings", &self.drawings)),
         };
-        format!(
-            "{{\"intersections\":[\n{}\n],\"streets\":[\n{}\n]{drawings}",
-            rows(intersections.collect()),
-            rows(streets.collect())
-        )
+        let (intersections, streets) =
+            (rows("intersections", &self.intersections), rows("streets", &self.streets));
+        format!("{{{intersections},{streets}{drawings}")
     }
+}
+
+fn rows(name: &str, rows: &[impl Serialize]) -> String {
+    let row = |row| serde_json::to_string(row).expect("places are plain data");
+    format!("\"{name}\":[\n{}\n]", rows.iter().map(row).collect::<Vec<_>>().join(",\n"))
 }
 
 /// Distance from which on a name on the map belongs to another intersection, degrees: the table was

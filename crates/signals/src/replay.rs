@@ -10,12 +10,11 @@ use super::control::{coordinated, existing};
 use super::controllers::create;
 use super::domain::scenario_of;
 use super::environment::{environment, planned_world};
-use super::error::TrafficError;
 use super::model::SignalModel;
 use super::network_files::GENERATED;
 use super::program::{ProgramKind, ProgramPhase, SignalProgram};
 use super::sim::Sim;
-use super::trial::{SignalTrial, of_files, of_network, of_sim};
+use super::trial::SignalTrial;
 use evaluation::run::RunError;
 use evaluation::run::domain::{Site, Trial};
 use evaluation::run::fault::TrialError;
@@ -96,11 +95,7 @@ pub fn replay<S: Sim>(
     let method = summary.method.as_str();
     let own_program = method == super::control::program::METHOD.name;
     let world = planned_world(site.point, site.prepared, own_program, method);
-    let (world, held) = world.map_err(|e| match e {
-        TrafficError::Network(e) => of_network(e),
-        TrafficError::Sim(e) => of_sim(e),
-        other => of_files(other),
-    })?;
+    let (world, held) = world.map_err(TrialError::from)?;
     let imported = site.point.environment != GENERATED;
     let model = layout.model(summary.task);
     let controller = match find(METHODS, method) {

@@ -3,6 +3,8 @@
 #[cfg(feature = "libsumo")]
 mod first_load;
 
+use std::collections::BTreeMap;
+
 use super::env::derive::DerivedSignal;
 use super::env::warnings::{Warning, of_signals, warnings};
 use super::settings::SignalSettings;
@@ -16,7 +18,7 @@ use super::sim::{Scene, SimError};
 #[cfg(feature = "libsumo")]
 const SAID_BEFORE: [&str; 3] = ["Process Error", "Could not parse commandline options.", ""];
 
-/// Words of an error about something that SUMO does not know.
+/// Words of an error about something that SUMO does not know, but a newer one may.
 #[cfg(feature = "libsumo")]
 const UNKNOWN: [&str; 3] = ["nknown", "vehicle class", "attribute"];
 
@@ -34,12 +36,8 @@ pub struct Loaded {
     pub topology: Topology,
     /// What is derived of every signal.
     pub signals: Vec<DerivedSignal>,
-    /// Ids of level crossings and the like, which are no signals to control.
-    pub railways: Vec<String>,
-    /// Ids of signals that no program makes green for cars.
-    pub dark: Vec<String>,
-    /// Ids of signals that the program at the start never makes green for cars, and nothing switches later.
-    pub switched_off: Vec<String>,
+    /// Signals that no method controls: why, and SUMO's id.
+    pub left_alone: Vec<(&'static str, String)>,
     /// The simulator's version.
     pub version: String,
 }
@@ -47,21 +45,9 @@ pub struct Loaded {
 impl Loaded {
     /// Returns lines on the signals that no method controls.
     pub fn left_alone(&self) -> Vec<String> {
-        let groups = [
-            (&self.railways, "trains steer these level crossings, and no method controls them"),
-            (
-                &self.dark,
-                "no program of these signals is ever green for cars, since they flash or are dark or closed; they keep it \
-                 under every method",
-            ),
-            (
-                &self.switched_off,
-                "the program of these signals that runs at the start never shows green to cars, and nothing switches to \
-                 another one; they keep it under every method, and methods control them where it is removed",
-            ),
-        ];
-        let there = groups.iter().filter(|(ids, _)| !ids.is_empty());
-        there.map(|(ids, what)| format!("{what}: {}", ids.join(", "))).collect()
+        let mut ids = BTreeMap::<&str, Vec<&str>>::new();
+        self.left_alone.iter().for_each(|(why, id)| ids.entry(why).or_default().push(id));
+        ids.into_iter().map(|(why, ids)| format!("{why}: {}", ids.join(", "))).collect()
     }
 
     /// Returns what is to be said of a scenario that was loaded.
@@ -110,9 +96,8 @@ pub fn load(
     use super::env::on_red::OnRed;
     use super::env::side::{as_right_hand, driving_side};
     use super::env::world::as_arguments;
-    use super::sim::copies::copy;
-    use super::sim::libsumo::SumoSim;
-    use super::sim::obstacle::{Accept, Way};
+    use super::sim::libsumo::{SWITCHED_OFF, SumoSim};
+    use super::sim::sources::copy;
     use super::sim::{Sim, StartOptions};
     use basics::files::FileError;
 
@@ -130,14 +115,9 @@ pub fn load(
         }
     };
     let first_end_s = intake.begin_s + step_s;
-    // One without an end is loaded all the same.
-    let options = until(intake.end_s.max(first_end_s));
     let mut sim = SumoSim::new()?;
     let version = sim.version()?;
-    let obstacle = |reason: String| {
-        let place = intake.path.display().to_string();
-        Obstacle { place, reason, way: Way::Change("") }
-    };
+    let obstacle = |reason: String| Obstacle::new(intake.path.display().to_string(), reason, None);
     let said = first_load::first_load(&SumoSim::command_line(&until(first_end_s))?, &version);
     if let Some(last_line) = &said.crash {
         return Ok(Err(vec![obstacle(format!(
@@ -145,46 +125,22 @@ pub fn load(
              that it crashes on"
         ))]));
     }
-    let failed = |e: SimError| match e {
-        SimError::Fatal { message, .. } | SimError::Traci { message, .. } => {
-            let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
-            let reason = match SAID_BEFORE.contains(&message.as_str()) {
-                false => message,
-                true if said.errors.is_empty() => "its reason is above".to_owned(),
-                true => said.errors.clone(),
-            };
-            // What an older version does not know is of another version, whatever else is wrong is not.
-            let is_unknown = UNKNOWN.iter().any(|word| reason.contains(word));
-            let newer = intake.newer_than(&version).filter(|_| is_unknown);
-            let newer = newer.map_or_else(String::new, |said| format!("; {said}"));
-            let reason = format!("SUMO cannot load it: {reason}{newer}");
-            let mut said = obstacle(reason);
-            let accepted = intake.given.accept.contains(&Accept::NewerClasses);
-            if is_unknown && intake.sources.has_newer_classes() && !accepted {
-                said.way = Way::Accept(Accept::NewerClasses);
-            }
-            Ok(Err(vec![said]))
-        }
-        SimError::NoSignals(_) => Ok(Err(vec![obstacle(
-            "it has no traffic signal; give a scenario with at least one tlLogic".to_owned(),
-        )])),
-        SimError::Signal { signal, reason } => {
-            Ok(Err(vec![obstacle(format!("signal {signal}: {reason}"))]))
-        }
-        other => Err(other),
-    };
-    let scene = match sim.start(&options) {
+    // One without an end is loaded all the same.
+    let scene = match sim.start(&until(intake.end_s.max(first_end_s))) {
         Ok(scene) => as_right_hand(scene, driving_side(&intake.config)),
-        Err(e) => return failed(e),
+        Err(SimError::Fatal { message, .. } | SimError::Traci { message, .. }) => {
+            return Ok(Err(vec![not_loaded(intake, &message, &said.errors)]));
+        }
+        Err(SimError::Config { reason, .. }) => return Ok(Err(vec![obstacle(reason)])),
+        Err(e @ SimError::Signal { .. }) => return Ok(Err(vec![obstacle(e.to_string())])),
+        Err(other) => return Err(other),
     };
-    let topology = sim.topology()?;
-    let (railways, dark) = (sim.railways().to_vec(), sim.dark().to_vec());
-    let switched_off = sim.switched_off().to_vec();
+    let (topology, left_alone) = (sim.topology()?, sim.left_alone().to_vec());
     sim.close()?;
     let (mut signals, mut obstacles) = (Vec::new(), Vec::new());
     if intake.sources.has_day_plan() {
-        let off = |id: &String| obstacle(format!("signal {id}: {OFF_AT_START}"));
-        obstacles.extend(switched_off.iter().map(off));
+        let off = left_alone.iter().filter(|(why, _)| *why == SWITCHED_OFF);
+        obstacles.extend(off.map(|(_, id)| obstacle(format!("signal {id}: {OFF_AT_START}"))));
     }
     // Phases are those that controllers choose from, where turns on red are no green.
     let mut seen = scene.clone();
@@ -194,16 +150,35 @@ pub fn load(
     for signal in &seen.signals {
         match derive(&seen, signal, settings) {
             Ok(derived) => signals.push(derived),
-            Err(SimError::Signal { signal, reason }) => {
-                obstacles.push(obstacle(format!("signal {signal}: {reason}")));
-            }
+            Err(e @ SimError::Signal { .. }) => obstacles.push(obstacle(e.to_string())),
             Err(other) => return Err(other),
         }
     }
     Ok(match obstacles.is_empty() {
-        true => Ok(Loaded { scene, topology, signals, railways, dark, switched_off, version }),
+        true => Ok(Loaded { scene, topology, signals, left_alone, version }),
         false => Err(obstacles),
     })
+}
+
+/// Says why SUMO cannot load a scenario.
+#[cfg(feature = "libsumo")]
+fn not_loaded(intake: &Intake, message: &str, errors: &str) -> Obstacle {
+    use super::sim::obstacle::Accept;
+
+    let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
+    let reason = match SAID_BEFORE.contains(&message.as_str()) {
+        false => message.as_str(),
+        true if errors.is_empty() => "its reason is above",
+        true => errors,
+    };
+    let is_unknown = UNKNOWN.iter().any(|word| reason.contains(word));
+    let newer = if is_unknown { "; a newer SUMO may know it (docs/install.md)" } else { "" };
+    let reason = format!("SUMO cannot load it: {reason}{newer}");
+    let accepted = intake.given.accept.contains(&Accept::NewerClasses);
+    let mut files = intake.sources.files.iter().map(|file| &file.scanned.newer_classes);
+    let has_newer = is_unknown && !accepted && files.any(|classes| !classes.is_empty());
+    let accept = has_newer.then_some(Accept::NewerClasses);
+    Obstacle::new(intake.path.display().to_string(), reason, accept)
 }
 
 /// Loads a SUMO scenario, which this build cannot.

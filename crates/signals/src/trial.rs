@@ -8,9 +8,7 @@ use super::env::by_movement::MovementTotals;
 use super::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
 use super::env::signal_env::Running;
 use super::environment::InputFiles;
-use super::error::TrafficError;
 use super::movement_results::ByEpisode;
-use super::network::error::NetworkError;
 use super::program::{PHASES, ProgramKind, ProgramPhase, SignalProgram};
 use super::sim::{self, Sim, SimError};
 use super::street_results::{ByStreet, StreetResult};
@@ -55,7 +53,7 @@ impl<S> SignalTrial<S> {
 impl<S: Sim> Trial for SignalTrial<S> {
     fn train(&mut self, course: &mut dyn Course) -> Result<(), TrialError> {
         let mut school = School { env: &mut self.env, course, held: &self.held };
-        self.controller.train(&mut school).map_err(of_control)
+        Ok(self.controller.train(&mut school)?)
     }
 
     fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
@@ -69,11 +67,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 
     fn validate(&mut self, seed: u64) -> Result<Metrics, TrialError> {
-        self.controller.set_validation(true);
-        let metrics =
-            played(&mut self.env, self.controller.as_mut(), seed).map(|(metrics, ..)| metrics);
-        self.controller.set_validation(false);
-        metrics
+        Learned { env: &mut self.env, controller: self.controller.as_mut() }.episode(seed)
     }
 
     fn model(&self) -> Option<Archive> {
@@ -83,7 +77,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
     /// Another policy is evaluated from here on.
     fn load(&mut self, model: &Archive) -> Result<(), TrialError> {
         (self.movements, self.streets) = (ByEpisode::default(), ByStreet::default());
-        self.controller.load(model.clone()).map_err(of_control)
+        Ok(self.controller.load(model.clone())?)
     }
 
     fn training_metrics(&self, rows: &[Row]) -> Metrics {
@@ -131,7 +125,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 
     fn verify(&self) -> Result<(), TrialError> {
-        self.held.verify().map_err(of_files)
+        Ok(self.held.verify()?)
     }
 }
 
@@ -142,12 +136,12 @@ fn played<S: Sim>(
     seed: u64,
 ) -> Result<(Metrics, Vec<MovementTotals>, Vec<StreetResult>), TrialError> {
     let mut metrics = run_episode(env, controller, seed).map_err(|e| match e {
-        EpisodeError::Sim(e) => of_sim(e),
-        EpisodeError::Control(e) => of_control(e),
+        EpisodeError::Sim(e) => TrialError::from(e),
+        EpisodeError::Control(e) => e.into(),
     })?;
     let movements = std::mem::take(&mut metrics.movements);
     let streets = std::mem::take(&mut metrics.streets);
-    Ok((named(&metrics, seed).map_err(of_sim)?, movements, streets))
+    Ok((named(&metrics, seed)?, movements, streets))
 }
 
 /// What a controller has learned so far, on the signals on which it trains.
@@ -228,66 +222,6 @@ impl<S: Sim> Trainer for School<'_, S> {
         self.held.verify().map_err(|e| ControlError::Episode(e.into()))?;
         let simulator_s = self.env.simulator_time().as_secs_f64();
         Ok(self.course.checkpoint(state, simulator_s)?)
-    }
-}
-
-/// Returns what follows from a controller's error.
-pub(super) fn of_control(error: ControlError) -> TrialError {
-    match error {
-        ControlError::Diverged { .. } => TrialError::Diverged(error.to_string()),
-        ControlError::Model(e) => TrialError::Model(e),
-        ControlError::Checkpoint(e) => e.into(),
-        ControlError::Validation(e) => *e,
-        ControlError::Own { .. } => TrialError::Own(error.into()),
-        // A training episode fails for reasons of the simulation, not of what was given.
-        ControlError::Episode(e) => match e.downcast::<TrafficError>() {
-            Ok(e) => of_files(*e),
-            Err(e) => {
-                let is_machine = matches!(
-                    e.downcast_ref(),
-                    Some(EpisodeError::Sim(SimError::Io(_) | SimError::CutOff(_)))
-                );
-                let error = ControlError::Episode(e).into();
-                if is_machine { TrialError::Machine(error) } else { TrialError::Failed(error) }
-            }
-        },
-        _ => TrialError::Input(error.into()),
-    }
-}
-
-/// Returns what follows from a simulation's error.
-pub(super) fn of_sim(error: SimError) -> TrialError {
-    match error {
-        SimError::Unavailable(_) | SimError::Absent(_) => TrialError::Simulator(error.into()),
-        SimError::Io(_) | SimError::CutOff(_) => TrialError::Machine(error.into()),
-        SimError::NoSignals(_)
-        | SimError::Signal { .. }
-        | SimError::NoVehicles(_)
-        | SimError::Config { .. }
-        | SimError::Obstacles(_)
-        | SimError::NoConfig(_)
-        | SimError::Missing(_) => TrialError::Input(error.into()),
-        _ => TrialError::Failed(error.into()),
-    }
-}
-
-/// Returns what follows from files that cannot be used: altered ones would spoil other tasks too.
-pub(super) fn of_files(error: TrafficError) -> TrialError {
-    match error {
-        TrafficError::Altered { .. } | TrafficError::Io(_) => TrialError::Machine(error.into()),
-        TrafficError::Disturbed(_) => TrialError::Disturbed(error.into()),
-        other => TrialError::Input(other.into()),
-    }
-}
-
-/// Returns what follows from a network that cannot be used.
-pub(super) fn of_network(error: NetworkError) -> TrialError {
-    match error {
-        NetworkError::Io(_) => TrialError::Machine(error.into()),
-        NetworkError::Intersection { .. } | NetworkError::Altered { .. } => {
-            TrialError::Input(error.into())
-        }
-        _ => TrialError::Failed(error.into()),
     }
 }
 
@@ -490,11 +424,11 @@ mod tests {
     #[test]
     fn a_disk_error_in_a_training_episode_is_the_machine_s_fault() {
         let file = || FileError::at("write", Path::new("x"))(std::io::Error::other("full"));
-        let episode = |e| of_control(ControlError::Episode(Box::new(EpisodeError::Sim(e))));
+        let episode = |e| TrialError::from(ControlError::Episode(Box::new(EpisodeError::Sim(e))));
         assert!(matches!(episode(SimError::Io(file())), TrialError::Machine(_)));
         assert!(matches!(episode(SimError::CutOff("t.xml".into())), TrialError::Machine(_)));
         assert!(matches!(
-            of_control(ControlError::Checkpoint(file().into())),
+            TrialError::from(ControlError::Checkpoint(file().into())),
             TrialError::Machine(_)
         ));
         assert!(matches!(episode(SimError::NotRunning), TrialError::Failed(_)));
@@ -502,7 +436,7 @@ mod tests {
 
     #[test]
     fn a_training_that_diverges_says_when_and_what_to_do() {
-        let e = of_control(ControlError::Diverged { episode: 4, what: "the loss" });
+        let e = TrialError::from(ControlError::Diverged { episode: 4, what: "the loss" });
         let expected = "training diverged in episode 4: the loss is no number any more; try a \
                         smaller learning rate";
         assert!(matches!(&e, TrialError::Diverged(text) if text == expected), "{e}");

@@ -13,10 +13,9 @@ use signals::environment::given;
 use signals::error::TrafficError;
 use signals::program::SignalProgram;
 use signals::sim::SimError;
-use signals::sim::copies::copy;
 use signals::sim::intake::Intake;
 use signals::sim::net_file::{Mutual, refused};
-use signals::sim::sources::open;
+use signals::sim::sources::{copy, open};
 
 /// Name of the copy of the network that has the programs.
 const NETWORK: &str = "programs.net.xml";

@@ -15,7 +15,6 @@ use evaluation::store::manifest::{Identity, PointRow};
 use signals::environment::given;
 use signals::network_files::GENERATED;
 use signals::sim::SimError;
-use signals::sim::obstacle::Way;
 use signals::sim::sumocfg::SumoConfig;
 
 /// Option of the files that programs are added to.
@@ -43,7 +42,7 @@ pub(super) struct Show<'a> {
 pub(super) fn configuration(show: &Show<'_>) -> Result<String, String> {
     // Read as if it lay where the new one does, so that its files are seen from there.
     let own = SumoConfig::parse(show.text, &show.way.join("own.sumocfg"))?;
-    if let Some(other) = own.obstacles.iter().find(|o| matches!(o.way, Way::Change(_))) {
+    if let Some(other) = own.obstacles.iter().find(|o| o.way.is_none()) {
         return Err(other.reason.clone());
     }
     let is_kept =

@@ -10,11 +10,10 @@ use super::by_movement::{Bays, Ways};
 use super::side::driving_side;
 use crate::existing::ExistingPlan;
 use crate::sim::SignalInfo;
-use crate::sim::copies::copy;
 use crate::sim::error::SimError;
 use crate::sim::intake::Intake;
 use crate::sim::obstacle::Given;
-use crate::sim::sources::Sources;
+use crate::sim::sources::{Sources, copy};
 use crate::sim::sumocfg::SumoConfig;
 use basics::files::FileError;
 

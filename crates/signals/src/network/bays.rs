@@ -16,6 +16,9 @@ use super::lanes::turn_only_lanes;
 use crate::family::approaches::LEAST_PIECE_M;
 use crate::junction::incoming_edge;
 
+/// Id of the signal and of its node.
+pub const SIGNAL: &str = "c";
+
 /// A piece of an incoming street.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
@@ -101,16 +104,19 @@ fn bays(spec: &IntersectionSpec, index: usize) -> [Bay; 2] {
     [left, right]
 }
 
-/// Returns the pieces of the street of an arm that leads to the signal, from the signal on.
-pub fn pieces(spec: &IntersectionSpec, index: usize, signal: &str) -> Vec<Piece> {
+/// Returns the pieces of the street of an arm that leads to the signal, from the signal on; none without lanes to it.
+pub fn pieces(spec: &IntersectionSpec, index: usize) -> Vec<Piece> {
     let arm = &spec.arms[index];
+    if arm.lanes_in == 0 {
+        return Vec::new();
+    }
     let bays = bays(spec, index);
     let mut ends_m: Vec<f64> =
         bays.iter().filter(|bay| bay.lanes > 0).map(|bay| bay.length_m).collect();
     ends_m.sort_by(f64::total_cmp);
     ends_m.dedup();
     let edges = [incoming_edge(index), format!("up{index}"), format!("far{index}")];
-    let nodes = [signal.to_owned(), format!("b{index}"), format!("m{index}")];
+    let nodes = [SIGNAL.to_owned(), format!("b{index}"), format!("m{index}")];
     let mut pieces = Vec::new();
     let mut to_m = 0.0;
     for (k, edge) in edges.into_iter().take(ends_m.len() + 1).enumerate() {
@@ -154,7 +160,7 @@ mod tests {
         let arm = &mut spec.arms[0];
         [arm.lanes_in, arm.left_turn_lanes, arm.right_turn_lanes] = lanes;
         [arm.left_storage_m, arm.right_storage_m] = storage_m;
-        pieces(&spec, 0, "c")
+        pieces(&spec, 0)
     }
 
     fn shape(pieces: &[Piece]) -> Vec<(&str, u32, u32, f64)> {
@@ -205,7 +211,7 @@ mod tests {
         let arm = &mut spec.arms[1];
         [arm.lanes_in, arm.left_turn_lanes, arm.right_turn_lanes] = lanes;
         [arm.left_storage_m, arm.right_storage_m] = storage_m;
-        pieces(&spec, 1, "c")
+        pieces(&spec, 1)
     }
 
     #[test]

@@ -27,7 +27,6 @@ use super::bays::{Storage, pieces};
 use super::error::NetworkError;
 use super::intersection::IntersectionSpec;
 use super::movements::{exits, movements};
-use super::plain::SIGNAL;
 use crate::family::approaches::{Arrivals, Counted};
 use crate::junction::{Movement, incoming_edge};
 use crate::settings::{DemandSettings, MIN_PEAK_HOUR_FACTOR, SUMO_SIGMA, is_sumo_sigma, is_zero};
@@ -185,12 +184,7 @@ impl DemandSpec {
             let weight = |turn| counted.map_or_else(|| shares.of(turn), |c| c.turn_vph(turn));
             Ok(Stream {
                 from: incoming_edge(i),
-                upstream: pieces(spec, i, SIGNAL)
-                    .into_iter()
-                    .skip(1)
-                    .map(|p| p.edge)
-                    .rev()
-                    .collect(),
+                upstream: pieces(spec, i).into_iter().skip(1).map(|p| p.edge).rev().collect(),
                 storage: Storage::of(&spec.arms[i]),
                 inflow_vph,
                 arrivals: counted.and_then(|c| c.arrivals),

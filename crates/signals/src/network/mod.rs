@@ -18,6 +18,6 @@ pub mod netconvert;
 pub mod phases;
 pub mod plain;
 pub mod retime;
-mod subprocess;
+pub(crate) mod subprocess;
 pub mod tool;
 pub mod validate;

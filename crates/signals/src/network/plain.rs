@@ -15,15 +15,13 @@
 
 use std::fmt::Write;
 
+pub use super::bays::SIGNAL;
 use super::bays::{Piece, pieces, ways};
 use super::intersection::{Arm, IntersectionSpec};
 use super::lanes::LaneLayout;
 use crate::junction::outgoing_edge;
 use crate::sim::net_file::ProgramPhase;
 use crate::vocabulary::DEFAULT_LANE_WIDTH_M;
-
-/// Id of the signal and of its node.
-pub const SIGNAL: &str = "c";
 
 /// Program id of netconvert's own program, which SUMO runs unless told otherwise.
 ///
@@ -71,7 +69,7 @@ pub fn nodes(
             (format!("x{i}"), layout.exit_lanes[i], exit_length_m),
         ];
         let opening = |piece: &Piece| (piece.from.clone(), piece.lanes, piece.begins_m);
-        let street = if arm.lanes_in > 0 { pieces(spec, i, SIGNAL) } else { Vec::new() };
+        let street = pieces(spec, i);
         let openings = street.iter().rev().skip(1).map(opening);
         let ends: Vec<_> = ends.into_iter().chain(openings).collect();
         for (id, _, length_m) in ends.iter().filter(|(_, lanes, _)| *lanes > 0) {
@@ -90,7 +88,7 @@ pub fn edges(spec: &IntersectionSpec, layout: &LaneLayout, exit_length_m: f64) -
     let mut edges = String::new();
     for (i, arm) in spec.arms.iter().enumerate() {
         let end = format!("x{i}");
-        let street = if arm.lanes_in > 0 { pieces(spec, i, SIGNAL) } else { Vec::new() };
+        let street = pieces(spec, i);
         let incoming = street
             .iter()
             .map(|p| (p.edge.clone(), p.from.as_str(), p.to.as_str(), p.lanes, p.length_m));
@@ -116,26 +114,13 @@ pub fn connections(spec: &IntersectionSpec, layout: &LaneLayout) -> String {
     let mut connections = String::new();
     for c in &layout.connections {
         let (from, to) = (c.movement.from_edge(), c.movement.to_edge());
-        let (from_lane, to_lane) = (c.from_lane, c.to_lane);
-        line(
-            &mut connections,
-            format_args!(
-                "<connection from=\"{from}\" to=\"{to}\" fromLane=\"{from_lane}\" \
-                 toLane=\"{to_lane}\"/>"
-            ),
-        );
+        connection(&mut connections, [&from, &to], [c.from_lane, c.to_lane], "");
     }
-    for (i, _) in spec.arms.iter().enumerate().filter(|(_, arm)| arm.lanes_in > 0) {
-        for pair in pieces(spec, i, SIGNAL).windows(2) {
-            let (from, to) = (&pair[1].edge, &pair[0].edge);
+    for street in (0..spec.arms.len()).map(|arm| pieces(spec, arm)) {
+        for pair in street.windows(2) {
             for (from_lane, to_lane) in ways(&pair[1], &pair[0]) {
-                line(
-                    &mut connections,
-                    format_args!(
-                        "<connection from=\"{from}\" to=\"{to}\" fromLane=\"{from_lane}\" \
-                         toLane=\"{to_lane}\"/>"
-                    ),
-                );
+                let edges = [pair[1].edge.as_str(), pair[0].edge.as_str()];
+                connection(&mut connections, edges, [from_lane, to_lane], "");
             }
         }
     }
@@ -169,16 +154,20 @@ pub fn signals(
     }
     for (c, link) in layout.connections.iter().zip(links) {
         let (from, to) = (c.movement.from_edge(), c.movement.to_edge());
-        let (from_lane, to_lane) = (c.from_lane, c.to_lane);
-        line(
-            &mut text,
-            format_args!(
-                "<connection from=\"{from}\" to=\"{to}\" fromLane=\"{from_lane}\" \
-                 toLane=\"{to_lane}\" tl=\"{SIGNAL}\" linkIndex=\"{link}\"/>"
-            ),
-        );
+        let of_signal = format!(" tl=\"{SIGNAL}\" linkIndex=\"{link}\"");
+        connection(&mut text, [&from, &to], [c.from_lane, c.to_lane], &of_signal);
     }
     document("tlLogics", &text)
+}
+
+fn connection(text: &mut String, [from, to]: [&str; 2], lanes: [u32; 2], more: &str) {
+    let [from_lane, to_lane] = lanes;
+    line(
+        text,
+        format_args!(
+            "<connection from=\"{from}\" to=\"{to}\" fromLane=\"{from_lane}\" toLane=\"{to_lane}\"{more}/>"
+        ),
+    );
 }
 
 fn line(text: &mut String, line: std::fmt::Arguments<'_>) {

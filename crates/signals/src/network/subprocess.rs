@@ -60,7 +60,7 @@ pub(super) fn finish(command: Command, limit: Duration) -> io::Result<Ended> {
 /// # Errors
 ///
 /// When it cannot be started.
-pub(super) fn output_of(
+pub(crate) fn output_of(
     mut command: Command,
     limit: Duration,
 ) -> io::Result<Option<(ExitStatus, String, String)>> {

@@ -4,6 +4,8 @@
 //! matrix, independently of the geometry that chose the phases: of two links that meet, at most
 //! one may be unconditionally green, and a permissive one must yield.
 
+use std::collections::BTreeSet;
+
 use super::bays::pieces;
 use super::intersection::IntersectionSpec;
 use super::lanes::{LaneLayout, layout};
@@ -11,7 +13,7 @@ use super::phases::PHASES_PROGRAM;
 use super::plain::{DEFAULT_PROGRAM, SIGNAL};
 use crate::junction::{Conflicts, incoming_edge, outgoing_edge};
 use crate::network::error::NetworkError;
-use crate::sim::net_file::{NetFile, NetLink, ProgramPhase};
+use crate::sim::net_file::{NetFile, NetLane, NetLink, ProgramPhase};
 
 /// How far a length or speed may be off: netconvert writes two decimals.
 const ROUNDING: f64 = 0.0101;
@@ -40,28 +42,23 @@ fn check_lanes(
     exit_length_m: f64,
 ) -> Result<(), String> {
     for (i, arm) in spec.arms.iter().enumerate() {
-        let street = if arm.lanes_in > 0 { pieces(spec, i, SIGNAL) } else { Vec::new() };
-        let outgoing = (outgoing_edge(i), layout.exit_lanes[i], exit_length_m);
-        let none = (incoming_edge(i), 0, 0.0);
-        let incoming = street.into_iter().map(|p| (p.edge, p.lanes, p.length_m));
-        for (edge, lanes, length_m) in
-            [none].into_iter().filter(|_| arm.lanes_in == 0).chain(incoming).chain([outgoing])
-        {
+        let street = pieces(spec, i).into_iter().map(|p| (p.edge, p.lanes, p.length_m));
+        let mut expected: Vec<_> = street.collect();
+        if arm.lanes_in == 0 {
+            expected.push((incoming_edge(i), 0, 0.0));
+        }
+        expected.push((outgoing_edge(i), layout.exit_lanes[i], exit_length_m));
+        for (edge, lanes, length_m) in expected {
             let found: Vec<_> = net.lanes.iter().filter(|l| l.edge == edge).collect();
-            if found.len() != lanes as usize {
-                return Err(format!("{edge} has {} lanes instead of {lanes}", found.len()));
-            }
-            for lane in found {
-                if (lane.length_m - length_m).abs() > ROUNDING {
-                    return Err(format!(
-                        "{edge} is {} m long instead of {length_m}",
-                        lane.length_m
-                    ));
-                }
-                if (lane.speed_mps - arm.speed_mps).abs() > ROUNDING {
-                    let (found, expected) = (lane.speed_mps, arm.speed_mps);
-                    return Err(format!("{edge} allows {found} m/s instead of {expected}"));
-                }
+            let fits = |lane: &&NetLane| {
+                (lane.length_m - length_m).abs() <= ROUNDING
+                    && (lane.speed_mps - arm.speed_mps).abs() <= ROUNDING
+            };
+            if found.len() != lanes as usize || !found.iter().all(fits) {
+                let speed_mps = arm.speed_mps;
+                return Err(format!(
+                    "{edge} has {found:?} instead of {lanes} lanes of {length_m} m with {speed_mps} m/s"
+                ));
             }
         }
     }
@@ -69,26 +66,14 @@ fn check_lanes(
 }
 
 fn check_connections(layout: &LaneLayout, net: &NetFile) -> Result<(), String> {
-    let matches = |link: &NetLink| {
-        layout.connections.iter().any(|c| {
-            (&c.movement.from_edge(), &c.movement.to_edge()) == (&link.from, &link.to)
-                && (c.from_lane, c.to_lane) == (link.from_lane, link.to_lane)
-        })
-    };
-    if let Some(link) = net.links.iter().find(|l| l.signal != SIGNAL || !matches(l)) {
-        return Err(format!("connection {} was not asked for", name(link)));
-    }
-    for m in &layout.movements {
-        let (from, to) = (m.from_edge(), m.to_edge());
-        if !net.links.iter().any(|l| l.from == from && l.to == to) {
-            return Err(format!("movement {from} to {to} has no connection"));
-        }
-    }
-    for c in &layout.connections {
-        let (from, lane) = (c.movement.from_edge(), c.from_lane);
-        if !net.links.iter().any(|l| l.from == from && l.from_lane == lane) {
-            return Err(format!("lane {lane} of {from} leads nowhere"));
-        }
+    let asked = layout.connections.iter().map(|c| {
+        let (from, to) = (c.movement.from_edge(), c.movement.to_edge());
+        format!("{from}_{} to {to}_{}", c.from_lane, c.to_lane)
+    });
+    let asked: BTreeSet<String> = asked.collect();
+    let found = net.links.iter().filter(|link| link.signal == SIGNAL).map(name).collect();
+    if let Some(connection) = asked.symmetric_difference(&found).next() {
+        return Err(format!("connection {connection} is missing or was not asked for"));
     }
     let mut places: Vec<_> = net.links.iter().map(|l| l.link).collect();
     places.sort_unstable();
@@ -104,11 +89,9 @@ fn check_programs(layout: &LaneLayout, net: &NetFile) -> Result<(), String> {
         for (number, phase) in phases.iter().enumerate() {
             let clears = id == DEFAULT_PROGRAM && number > 0 && has(&phases[number - 1], b'y');
             let serves = has(phase, b'G') || has(phase, b'g') || has(phase, b'y') || clears;
-            serves
-                .then_some(())
-                .ok_or_else(|| "serves nothing".to_owned())
-                .and_then(|()| check_phase(net, phase))
-                .map_err(|e| program_error(id, number, &e))?;
+            let checked =
+                if serves { check_phase(net, phase) } else { Err("serves nothing".into()) };
+            checked.map_err(|e| format!("program {id:?}, phase {number}: {e}"))?;
         }
         let green = |l: &NetLink| phases.iter().any(|p| is_green(letter(p, l)));
         if let Some(link) = net.links.iter().find(|l| !green(l)) {
@@ -132,17 +115,6 @@ fn check_programs(layout: &LaneLayout, net: &NetFile) -> Result<(), String> {
     Ok(())
 }
 
-/// Names program and phase; what netconvert itself did wrong, only another intersection avoids.
-fn program_error(id: &str, phase: usize, reason: &str) -> String {
-    let way_out = match id {
-        DEFAULT_PROGRAM => {
-            "; this is netconvert's own program, so change the lanes or leave it out"
-        }
-        _ => "",
-    };
-    format!("program {id:?}, phase {phase}: {reason}{way_out}")
-}
-
 fn check_phase(net: &NetFile, phase: &ProgramPhase) -> Result<(), String> {
     if phase.state.len() != net.links.len() {
         return Err(format!("{} letters for {} links", phase.state.len(), net.links.len()));
@@ -152,10 +124,7 @@ fn check_phase(net: &NetFile, phase: &ProgramPhase) -> Result<(), String> {
         return Err(format!("{} has no row in the right-of-way matrix", name(link)));
     }
     for (a, b) in pairs(net) {
-        if !is_green(letter(phase, a)) || !is_green(letter(phase, b)) {
-            continue;
-        }
-        if !net.meet(a, b) {
+        if !is_green(letter(phase, a)) || !is_green(letter(phase, b)) || !net.meet(a, b) {
             continue;
         }
         if both_protected(phase, a, b) {

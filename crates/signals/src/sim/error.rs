@@ -53,9 +53,6 @@ pub enum SimError {
     /// No such SUMO configuration.
     #[error("{} does not exist; give the path of a .sumocfg file", .0.display())]
     NoConfig(PathBuf),
-    /// A scenario without anything to control.
-    #[error("{} has no traffic signal; give a scenario with at least one tlLogic", .0.display())]
-    NoSignals(PathBuf),
     /// A signal that no controller here can handle.
     #[error("signal {signal}: {reason}")]
     Signal {

@@ -48,14 +48,17 @@ const DEFAULTS: [(&str, &str); 5] = [
     ("--device.ssm.file", "NUL"),
 ];
 
-/// What is wrong with a scenario of which no signal ever shows green.
-const NO_GREEN: &str = "neither it nor any other signal, level crossings apart, ever gives green to a lane that passenger cars \
-                        may use; give a scenario with a road intersection";
+/// What is wrong with a scenario in which there is nothing to control.
+const NO_SIGNAL: &str = "it has no traffic signal that gives green, under its program at the start, to a lane that passenger cars \
+                         may use; give a scenario with a signalised road intersection, or another --begin";
 
-/// What is wrong with a scenario of which some signals would show green under another program than that at the start, and
-/// no signal shows any at the start.
-const ALL_OFF: &str = "its program at the start never shows green to cars, and no other signal does; remove that program, or \
-                       where a <WAUT> switches to another one later, pass --begin with that time";
+/// Why signals are left alone.
+const TRAINS: &str = "trains steer these level crossings, and no method controls them";
+const DARK: &str = "no program of these signals is ever green for cars, since they flash or are dark or closed; they keep it \
+                    under every method";
+/// See [`TRAINS`]; a day plan may switch these on.
+pub const SWITCHED_OFF: &str = "the program of these signals that runs at the start never shows green to cars, and nothing switches \
+                                to another one; they keep it under every method, and methods control them where it is removed";
 
 /// Whether some [`SumoSim`] of this process has an episode.
 static RUNNING: AtomicBool = AtomicBool::new(false);
@@ -77,9 +80,7 @@ pub struct SumoSim {
     running: bool,
     traced: Option<Traced>,
     signals: Vec<CString>,
-    railways: Vec<String>,
-    dark: Vec<String>,
-    switched_off: Vec<String>,
+    left_alone: Vec<(&'static str, String)>,
     /// A configuration with the links of its network that yield to each other.
     mutual: Option<(PathBuf, Mutual)>,
     vehicles: Vec<SumoVehicle>,
@@ -100,9 +101,7 @@ impl SumoSim {
             running: false,
             traced: None,
             signals: Vec::new(),
-            railways: Vec::new(),
-            dark: Vec::new(),
-            switched_off: Vec::new(),
+            left_alone: Vec::new(),
             mutual: None,
             vehicles: Vec::new(),
             phases: Vec::new(),
@@ -137,22 +136,10 @@ impl SumoSim {
         self.api.topology()
     }
 
-    /// Returns the ids of the signals on streets that trains steer, of the episode that was started last:
-    /// level crossings, and rail signals where cars share the tracks. They are no part of its scene.
-    pub fn railways(&self) -> &[String] {
-        &self.railways
-    }
-
-    /// Returns the ids of the signals that no program makes green for cars, of the episode that was started last. They are
-    /// no part of its scene and keep their own program.
-    pub fn dark(&self) -> &[String] {
-        &self.dark
-    }
-
-    /// Returns the ids of the signals that the program that runs at the start never makes green for cars, though another one
-    /// would, of the episode that was started last. They are no part of its scene and keep that program.
-    pub fn switched_off(&self) -> &[String] {
-        &self.switched_off
+    /// Returns the signals of the episode that was started last that are no part of its scene and keep their own program:
+    /// why, and SUMO's id.
+    pub fn left_alone(&self) -> &[(&'static str, String)] {
+        &self.left_alone
     }
 
     /// Reads the scene and tells the shim which signals and lanes matter.
@@ -182,13 +169,10 @@ impl SumoSim {
     fn plain_scene(&mut self, config: &Path) -> Result<(Scene, Vec<CString>), SimError> {
         let mut ids = self.api.signals()?;
         ids.sort_unstable();
-        let first = ids.first().ok_or_else(|| SimError::NoSignals(config.to_path_buf()))?.clone();
         let mut scene = Scene::default();
         let mut lanes = Vec::new();
         let mut index_of = HashMap::new();
-        self.railways.clear();
-        self.dark.clear();
-        self.switched_off.clear();
+        self.left_alone.clear();
         for id in ids {
             let name = text(id.as_str())?;
             let (mut signal, from_lanes, is_railway) = self.api.signal(&name)?;
@@ -196,19 +180,15 @@ impl SumoSim {
             if from_lanes.is_empty() {
                 continue;
             }
-            // Another program would hold a gate open to cars while trains pass. Its lanes stay signalled
+            // Another program would hold a gate open to cars while trains pass. The lanes of all of these stay signalled
             // where lanes are traced: nobody sees through a gate.
-            if is_railway {
-                self.railways.push(id);
-                continue;
-            }
-            // There is nothing to choose where no program is ever green for cars: it flashes, or is dark.
-            if !signal.may_be_green() {
-                self.dark.push(id);
-                continue;
-            }
-            if signal.is_switched_off() {
-                self.switched_off.push(id);
+            let why = match () {
+                () if is_railway => Some(TRAINS),
+                () if !signal.may_be_green() => Some(DARK),
+                () => signal.is_switched_off().then_some(SWITCHED_OFF),
+            };
+            if let Some(why) = why {
+                self.left_alone.push((why, id));
                 continue;
             }
             let mut from_lanes = from_lanes.into_iter();
@@ -229,11 +209,8 @@ impl SumoSim {
             scene.signals.push(signal);
         }
         if scene.signals.is_empty() {
-            let (signal, reason) = match self.switched_off.first() {
-                Some(off) => (off.clone(), ALL_OFF),
-                None => (first, NO_GREEN),
-            };
-            return Err(SimError::Signal { signal, reason: reason.to_owned() });
+            let (path, reason) = (config.to_path_buf(), NO_SIGNAL.to_owned());
+            return Err(SimError::Config { path, reason });
         }
         Ok((scene, lanes))
     }

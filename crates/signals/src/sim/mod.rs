@@ -6,7 +6,6 @@
 //! - **One simulation per process.** libsumo keeps its state in statics. `SumoSim` is therefore
 //!   not `Send`, and a second simulation in the same process is [`SimError::AlreadyRunning`].
 
-pub mod copies;
 pub mod error;
 pub mod intake;
 #[cfg(feature = "libsumo")]

@@ -4,12 +4,17 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
+/// The option that accepts something.
+const ACCEPT: &str = "--accept";
+
+/// Most obstacles that are listed.
+const LISTED: usize = 30;
+
 /// Something that a scenario does only when its user says so.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, clap::ValueEnum,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Accept {
     /// Calibrators and vaporizers stay. The vehicles that they add and remove differ between methods
@@ -29,10 +34,8 @@ pub enum Accept {
 }
 
 impl Accept {
-    /// Returns its name on the command line.
-    pub fn name(self) -> String {
-        let name = serde_json::to_value(self).expect("a name is plain data");
-        name.as_str().unwrap_or_default().to_owned()
+    fn name(self) -> String {
+        self.to_possible_value().expect("none is hidden").get_name().to_owned()
     }
 }
 
@@ -54,17 +57,6 @@ pub struct Given {
     pub accept: BTreeSet<Accept>,
 }
 
-/// How to pass an obstacle.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Way {
-    /// With an option of the command, such as `--end 3600`.
-    Option(String),
-    /// By accepting something.
-    Accept(Accept),
-    /// By a change of the files, in words; empty where the reason says it.
-    Change(&'static str),
-}
-
 /// What stands in the way of a scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Obstacle {
@@ -72,19 +64,26 @@ pub struct Obstacle {
     pub place: String,
     /// What is wrong.
     pub reason: String,
-    /// How to pass it.
-    pub way: Way,
+    /// The option of the command that passes it, with its value; `None`: the files have to change.
+    pub way: Option<(&'static str, String)>,
+}
+
+impl Obstacle {
+    /// Returns an obstacle that goes when something is accepted, or with a change of the files.
+    pub fn new(place: String, reason: String, accept: Option<Accept>) -> Self {
+        Self { place, reason, way: accept.map(|accept| (ACCEPT, accept.name())) }
+    }
+
+    /// Whether it goes when one of these is accepted.
+    pub fn goes_with<'a>(&self, accept: impl IntoIterator<Item = &'a Accept>) -> bool {
+        accept.into_iter().any(|accept| self.way == Some((ACCEPT, accept.name())))
+    }
 }
 
 impl fmt::Display for Obstacle {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { place, reason, way } = self;
-        match way {
-            Way::Option(option) => write!(f, "{place}: {reason}; pass {option}"),
-            Way::Accept(accept) => write!(f, "{place}: {reason}; pass --accept {}", accept.name()),
-            Way::Change("") => write!(f, "{place}: {reason}"),
-            Way::Change(change) => write!(f, "{place}: {reason}; {change}"),
-        }
+        write!(f, "{}: {}", self.place, self.reason)?;
+        self.way.as_ref().map_or(Ok(()), |(option, value)| write!(f, "; pass {option} {value}"))
     }
 }
 
@@ -94,29 +93,28 @@ pub fn in_words(obstacles: &[Obstacle]) -> String {
         return only.to_string();
     }
     let mut text = format!("{} things are in the way:", obstacles.len());
-    for obstacle in obstacles {
-        text.push_str(&format!("\n  {obstacle}"));
-    }
-    let mut options: Vec<String> = Vec::new();
-    for obstacle in obstacles {
-        if let Way::Option(option) = &obstacle.way
-            && !options.contains(option)
-        {
-            options.push(option.clone());
+    let (mut options, mut accepted) = (Vec::new(), BTreeSet::new());
+    for (i, obstacle) in obstacles.iter().enumerate() {
+        if i < LISTED {
+            text.push_str(&format!("\n  {obstacle}"));
+        }
+        match &obstacle.way {
+            Some((ACCEPT, what)) => drop(accepted.insert(what.clone())),
+            Some((option, value)) => {
+                let option = format!("{option} {value}");
+                if !options.contains(&option) {
+                    options.push(option);
+                }
+            }
+            None => {}
         }
     }
-    let accept = obstacles.iter().filter_map(|obstacle| match obstacle.way {
-        Way::Accept(accept) => Some(accept),
-        _ => None,
-    });
-    let accept: Vec<String> =
-        accept.collect::<BTreeSet<_>>().into_iter().map(Accept::name).collect();
-    if !accept.is_empty() {
-        options.push(format!("--accept {}", accept.join(",")));
+    if !accepted.is_empty() {
+        options.push(format!("{ACCEPT} {}", Vec::from_iter(accepted).join(",")));
     }
-    let changes = obstacles.iter().filter(|o| matches!(o.way, Way::Change(_))).count();
     if !options.is_empty() {
-        let what = if changes == 0 { "all of it" } else { "the rest, once the files are changed" };
+        let needs_change = obstacles.iter().any(|obstacle| obstacle.way.is_none());
+        let what = if needs_change { "the rest, once the files are changed" } else { "all of it" };
         text.push_str(&format!("\npass {} for {what}", options.join(" ")));
     }
     text
@@ -126,14 +124,12 @@ pub fn in_words(obstacles: &[Obstacle]) -> String {
 mod tests {
     use super::*;
 
-    fn obstacle(reason: &str, way: Way) -> Obstacle {
-        Obstacle { place: "a.xml: line 3".to_owned(), reason: reason.to_owned(), way }
-    }
-
     #[test]
     fn one_obstacle_is_a_sentence_and_several_are_a_list_with_all_options() {
-        let end = || obstacle("no end", Way::Option("--end 3600".to_owned()));
-        let accept = |what| obstacle("it is so", Way::Accept(what));
+        let of =
+            |reason: &str, accept| Obstacle::new("a.xml: line 3".into(), reason.into(), accept);
+        let end = || Obstacle { way: Some(("--end", "3600".to_owned())), ..of("no end", None) };
+        let accept = |what| of("it is so", Some(what));
         assert_eq!(in_words(&[end()]), "a.xml: line 3: no end; pass --end 3600");
         let all = [end(), end(), accept(Accept::EmptyStart), accept(Accept::Calibrators)];
         insta::assert_snapshot!(in_words(&all), @r"
@@ -144,8 +140,9 @@ mod tests {
           a.xml: line 3: it is so; pass --accept calibrators
         pass --end 3600 --accept calibrators,empty-start for all of it
         ");
-        let missing = obstacle("it is missing", Way::Change("add it"));
-        let said = in_words(&[end(), missing]);
-        assert!(said.ends_with("add it\npass --end 3600 for the rest, once the files are changed"));
+        let mixed = [of("no XML", None), end()];
+        let last = in_words(&mixed).lines().last().unwrap().to_owned();
+        assert_eq!(last, "pass --end 3600 for the rest, once the files are changed");
+        assert!(!in_words(&[of("a", None), of("b", None)]).contains("pass"));
     }
 }

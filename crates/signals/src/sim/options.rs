@@ -23,16 +23,28 @@ pub enum Kind {
     Files,
     /// SUMO does not get it: it writes, prints, shows, or is decided elsewhere.
     LeftOut,
-    /// SUMO does not get it either, and its user is told: what it would have done.
-    Dropped(&'static str),
+    /// SUMO does not get it either, and its user is told.
+    Dropped,
     /// It stands in the way until its user accepts what is done instead: what is wrong, and what to accept.
     Refused(&'static str, Accept),
 }
 
-/// Short names of options, each before its long one.
-const SHORT: &str = "n net-file net net-file r route-files routes route-files a additional-files \
-    additional additional-files w weight-files weights weight-files b begin e end s route-steps \
-    x weight-attribute measure weight-attribute";
+/// Short names of options.
+const SHORT: [(&str, &str); 13] = [
+    ("n", "net-file"),
+    ("net", "net-file"),
+    ("r", "route-files"),
+    ("routes", "route-files"),
+    ("a", "additional-files"),
+    ("additional", "additional-files"),
+    ("w", "weight-files"),
+    ("weights", "weight-files"),
+    ("b", "begin"),
+    ("e", "end"),
+    ("s", "route-steps"),
+    ("x", "weight-attribute"),
+    ("measure", "weight-attribute"),
+];
 
 /// Options that are lists of files.
 const FILES: [&str; 4] = ["net-file", "route-files", "additional-files", "weight-files"];
@@ -46,34 +58,14 @@ const LEFT_OUT: &str = include_str!("options/left_out.txt");
 /// What writes a file that is named like this, with its own options behind a point.
 const OUTPUT: &str = "-output";
 
-/// Options that are left out with a warning, by how they begin, and what they would have done.
-const DROPPED: [(&str, &str); 4] = [
-    (
-        "remote-port num-clients pedestrian.remote",
-        "nothing connects, and SUMO waits for nobody; what another program would steer stays as it is",
-    ),
-    ("pedestrian.jupedsim.wkt pedestrian.jupedsim.py", "it would write a file"),
-    (
-        "configuration-file astar phemlight selection-file",
-        "one configuration is read, this one, and no emissions; tables and selections change no result",
-    ),
-    ("device.tripinfo", "the delay of every vehicle counts"),
+/// How options begin that would connect to another program, read what nobody hashes, or leave vehicles out of `tripinfo`.
+const DROPPED: [&str; 10] = [
+    "remote-port", "num-clients", "pedestrian.remote", "pedestrian.jupedsim.wkt",
+    "pedestrian.jupedsim.py", "configuration-file", "astar", "phemlight", "selection-file",
+    "device.tripinfo",
 ];
 
-/// Options that stand in the way, by how they begin, why, and what to accept.
-const REFUSED: [(&str, &str, Accept); 2] = [
-    (
-        "load-state",
-        "a saved state is read by no controller and hashed by no run, so the streets would be empty at the start",
-        Accept::EmptyStart,
-    ),
-    (
-        "device.fcd-replay.files alternative-net-file",
-        "vehicles that follow a record take no notice of signals, and only the first network is read, so it would be left \
-         out",
-        Accept::UnknownOptions,
-    ),
-];
+const SAVED_STATE: &str = "a saved state is read by no controller and hashed by no run, so the streets would be empty at the start";
 
 /// What is said of an option that nobody has looked at.
 const UNKNOWN: &str = "it is none that is known to be safe and to shape traffic (is it spelt right?), so it would be left out";
@@ -83,85 +75,83 @@ const UNKNOWN: &str = "it is none that is known to be safe and to shape traffic 
 /// Source: SUMO 1.15, `StringUtils::toBool`.
 const FALSE: [&str; 6] = ["0", "no", "false", "off", "-", "f"];
 
-/// Returns the value that an option that is [used](Kind::Used) has in place of its own, and why; `None` where it keeps
-/// its own.
-pub fn replaced(name: &str, value: &str) -> Option<(&'static str, &'static str)> {
+/// Another value that an option gets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Replaced {
+    name: &'static str,
+    /// The one value that is replaced; empty: every number above the other one, or whatever is not false.
+    from: &'static str,
+    /// What counts instead.
+    pub to: &'static str,
+    /// Why.
+    pub why: &'static str,
+    /// What has to be accepted before; `None` where a warning is enough.
+    pub accept: Option<Accept>,
+}
+
+const REPLACED: [Replaced; 10] = [
+    warned("max-depart-delay", "", "-1", "it leaves vehicles that wait to enter out of the delay"),
+    warned("max-num-teleports", "", "-1", "it ends a simulation early"),
+    warned("time-to-teleport.remove", "", "false", "it ends the delay of vehicles that stand"),
+    warned("time-to-teleport.highways", "", "0", "it moves vehicles that stand"),
+    warned("time-to-teleport.disconnected", "", "-1", "it moves vehicles that stand"),
+    warned("collision.action", "remove", "warn", "it ends the delay of vehicles that collide"),
+    warned(
+        "intermodal-collision.action",
+        "remove",
+        "warn",
+        "it ends the delay of vehicles that collide",
+    ),
+    warned("pedestrian.model", "remote", "striping", "it would connect to another program"),
+    Replaced {
+        accept: Some(Accept::Microscopic),
+        ..warned("mesosim", "", "false", "the mesoscopic model has no lanes and no queues to see")
+    },
+    Replaced {
+        accept: Some(Accept::SignalsOn),
+        ..warned("tls.all-off", "", "false", "it switches all signals off")
+    },
+];
+
+const fn warned(
+    name: &'static str,
+    from: &'static str,
+    to: &'static str,
+    why: &'static str,
+) -> Replaced {
+    Replaced { name, from, to, why, accept: None }
+}
+
+/// Returns what an option that is [used](Kind::Used) has in place of its own value; `None` where it keeps that.
+pub fn replaced(name: &str, value: &str) -> Option<&'static Replaced> {
     let value = value.trim().to_lowercase();
-    let number = value.parse::<f64>().ok();
-    let is_negative = number.is_some_and(|value| value < 0.0);
-    let is_false = FALSE.contains(&value.as_str());
-    let (applies, other, why) = match name {
-        "max-depart-delay" => {
-            (!is_negative, "-1", "it leaves vehicles that wait to enter out of the delay")
-        }
-        "max-num-teleports" => (!is_negative, "-1", "it ends a simulation early"),
-        "time-to-teleport.remove" => {
-            (!is_false, "false", "it ends the delay of vehicles that stand")
-        }
-        "time-to-teleport.highways" => {
-            (number.is_none_or(|value| value > 0.0), "0", "it moves vehicles that stand")
-        }
-        "time-to-teleport.disconnected" => (!is_negative, "-1", "it moves vehicles that stand"),
-        "collision.action" | "intermodal-collision.action" => {
-            (value == "remove", "warn", "it ends the delay of vehicles that collide")
-        }
-        "pedestrian.model" => {
-            (value == "remote", "striping", "it would connect to another program")
-        }
-        "mesosim" => (!is_false, "false", "the mesoscopic model has no lanes and no queues to see"),
-        "tls.all-off" => (!is_false, "false", "it switches all signals off"),
-        _ => return None,
+    let other = REPLACED.iter().find(|other| other.name == name)?;
+    let keeps = match (other.from, other.to.parse::<f64>()) {
+        ("", Ok(to)) => value.parse::<f64>().is_ok_and(|value| value <= to),
+        ("", Err(_)) => FALSE.contains(&value.as_str()),
+        (from, _) => value != from,
     };
-    applies.then_some((other, why))
-}
-
-/// Returns what has to be accepted before an option gets its [other value](replaced); `None` where a warning is enough.
-pub fn to_accept(name: &str) -> Option<Accept> {
-    match name {
-        "mesosim" => Some(Accept::Microscopic),
-        "tls.all-off" => Some(Accept::SignalsOn),
-        _ => None,
-    }
-}
-
-/// Whether a value of the validation of XML is another than the one that counts.
-pub fn validates(name: &str, value: &str) -> bool {
-    let is_validation = name == "X" || name.starts_with("xml-validation");
-    is_validation && !["never", "auto", "local"].contains(&value.trim().to_lowercase().as_str())
+    (!keeps).then_some(other)
 }
 
 /// Returns the long name of an option, where it has a short one that counts here.
 pub fn long(name: &str) -> &str {
-    let mut words = SHORT.split_whitespace();
-    while let (Some(short), Some(long)) = (words.next(), words.next()) {
-        if short == name {
-            return long;
-        }
-    }
-    name
+    SHORT.iter().find(|(short, _)| *short == name).map_or(name, |(_, long)| long)
 }
 
 /// Returns what is done with an option, given its long name.
 pub fn kind(name: &str) -> Kind {
     let among = |list: &str| list.split_whitespace().any(|known| known == name);
-    if FILES.contains(&name) {
-        return Kind::Files;
-    }
-    if among(USED) {
-        return Kind::Used;
-    }
     let is_output =
         name.split_once(OUTPUT).is_some_and(|(_, own)| own.is_empty() || own.starts_with('.'));
-    if is_output || among(LEFT_OUT) {
-        return Kind::LeftOut;
+    match name {
+        _ if FILES.contains(&name) => Kind::Files,
+        _ if among(USED) => Kind::Used,
+        _ if is_output || among(LEFT_OUT) => Kind::LeftOut,
+        _ if DROPPED.iter().any(|start| name.starts_with(start)) => Kind::Dropped,
+        _ if name.starts_with("load-state") => Kind::Refused(SAVED_STATE, Accept::EmptyStart),
+        _ => Kind::Refused(UNKNOWN, Accept::UnknownOptions),
     }
-    let begins = |starts: &str| starts.split_whitespace().any(|start| name.starts_with(start));
-    if let Some((_, why)) = DROPPED.iter().find(|(starts, _)| begins(starts)) {
-        return Kind::Dropped(why);
-    }
-    let known = REFUSED.iter().find(|(starts, ..)| begins(starts));
-    let (_, why, accept) = known.unwrap_or(&("", UNKNOWN, Accept::UnknownOptions));
-    Kind::Refused(why, *accept)
 }
 
 #[cfg(test)]
@@ -177,7 +167,7 @@ mod tests {
             [Kind::Used, Kind::Files, Kind::LeftOut, Kind::LeftOut, Kind::LeftOut, Kind::LeftOut]
         );
         for dropped in ["remote-port", "astar.all-distances", "device.tripinfo.probability"] {
-            assert!(matches!(kind(dropped), Kind::Dropped(_)), "{dropped}");
+            assert_eq!(kind(dropped), Kind::Dropped, "{dropped}");
         }
         for refused in ["load-state.offset", "python-script", "include", "new-outputs"] {
             assert!(matches!(kind(refused), Kind::Refused(..)), "{refused}");
@@ -193,21 +183,20 @@ mod tests {
         for (name, other, replaced_ones, fine) in [
             ("max-depart-delay", "-1", &["20", "0", "0:10:00"][..], &["-1", " -1.0 "][..]),
             ("mesosim", "false", &["true", "1"], &["false"]),
-            ("max-num-teleports", "-1", &["0", "9"], &["-1"]),
             ("time-to-teleport.remove", "false", &["true", "1", "x"], &["false", "OFF", "0"]),
             ("time-to-teleport.highways", "0", &["60"], &["0", "-1"]),
             ("collision.action", "warn", &["remove"], &["teleport", "warn", "none"]),
-            ("intermodal-collision.action", "warn", &["remove"], &["warn"]),
             ("pedestrian.model", "striping", &["remote"], &["nonInteracting"]),
             ("max-num-vehicles", "", &[], &["20"]),
         ] {
-            assert_eq!(kind(name), Kind::Used);
             for value in replaced_ones {
-                assert_eq!(replaced(name, value).map(|r| r.0), Some(other), "{name}={value}");
-                // What comes in its place is fine.
-                assert_eq!(replaced(name, other), None, "{name}={other}");
+                assert_eq!(replaced(name, value).map(|r| r.to), Some(other), "{name}={value}");
             }
             assert!(fine.iter().all(|value| replaced(name, value).is_none()), "{name}");
+        }
+        for other in &REPLACED {
+            assert_eq!(kind(other.name), Kind::Used);
+            assert_eq!(replaced(other.name, other.to), None, "{other:?}");
         }
     }
 

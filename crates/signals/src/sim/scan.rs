@@ -7,9 +7,8 @@
 //! could hide a name is in the way: one with a document type and its entities, or in an encoding in which the
 //! characters of XML are not those of ASCII.
 //!
-//! What would make runs of methods something else than runs of methods is found here too, because it stands
-//! in the same files: programs that change by the clock, what adds or removes vehicles depending on traffic, and when the
-//! vehicles depart.
+//! What else matters of a scenario is found on the way: programs that change by the clock, what adds or removes vehicles
+//! depending on traffic, and when the last vehicle departs.
 //!
 //! Source: what `sumo` 1.15 opens, tried, and its list of attributes.
 
@@ -22,7 +21,7 @@ use std::rc::Rc;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 
-use super::obstacle::{Accept, Obstacle, Way};
+use super::obstacle::{Accept, Obstacle};
 use super::sumocfg::seconds;
 
 /// Most bytes of an element or of the text between two.
@@ -36,9 +35,6 @@ const ENCODINGS: [&str; 5] = ["utf-8", "us-ascii", "ascii", "iso-8859", "windows
 
 /// What switches signals to another program by the clock, whatever a method has installed.
 const SWITCHES: [&str; 2] = ["WAUT", "wautJunction"];
-
-/// Most obstacles of a file that are named; more of a kind count with the first.
-const NAMED: usize = 20;
 
 /// Files that swallow what is written.
 const NOWHERE: [&str; 3] = ["NUL", "nul", "/dev/null"];
@@ -65,12 +61,6 @@ const CLASSES: [&str; 5] = ["allow", "disallow", "prefer", "changeLeft", "change
 /// A class that no vehicle has, in place of a list that would be empty, and so name all.
 const NO_CLASS: &str = "ignoring";
 
-/// What departs and is no vehicle.
-const OTHERS: [&str; 4] = ["person", "personFlow", "container", "containerFlow"];
-
-/// Ways to travel for which SUMO makes a vehicle of the person's own.
-const OWN_VEHICLES: [&str; 2] = ["car", "bicycle"];
-
 /// What a private copy has in place of some bytes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Edit {
@@ -95,16 +85,8 @@ pub struct Scanned {
     pub obstacles: Vec<Obstacle>,
     /// What goes nowhere, where something does: how many outputs, and the first one with its place.
     pub outputs: Option<(u32, String)>,
-    /// What counts in place of what it says, in words.
-    pub notes: Vec<String>,
-    /// Whether there is a vehicle, or something that SUMO makes one of.
+    /// Whether there is a vehicle, or something that SUMO may make one of.
     pub has_vehicles: bool,
-    /// Whether there are people or containers.
-    pub has_others: bool,
-    /// The first flow whose vehicles SUMO draws from the seed.
-    pub first_drawn: Option<String>,
-    /// Earliest departure of a vehicle, seconds.
-    pub first_s: Option<f64>,
     /// Latest departure of a vehicle or end of a flow, seconds.
     pub last_s: Option<f64>,
 }
@@ -177,7 +159,7 @@ pub fn scan(path: &Path, opened: Box<dyn BufRead>) -> Scanned {
         };
         look.line += buffer.iter().filter(|byte| **byte == b'\n').count();
         if let Some(reason) = stop {
-            look.blocked(reason, Way::Change(""));
+            look.blocked(reason, None);
             break;
         }
         buffer.clear();
@@ -203,12 +185,12 @@ struct Look<'a> {
     scanned: Scanned,
 }
 
-/// An attribute, with the bytes of its value and where its name begins.
+/// An attribute, with the bytes of its value and of all of it.
 struct Attribute {
     name: String,
     value: String,
     at: Option<Range<u64>>,
-    begin: Option<u64>,
+    whole: Option<Range<u64>>,
 }
 
 impl Look<'_> {
@@ -216,20 +198,17 @@ impl Look<'_> {
         format!("{}: line {}", self.path.display(), self.line)
     }
 
-    fn blocked(&mut self, reason: String, way: Way) {
-        let is_full = self.counts.len() >= NAMED;
+    /// Adds an obstacle, or counts it with an equal one.
+    fn blocked(&mut self, reason: String, accept: Option<Accept>) {
+        let obstacle = Obstacle::new(self.place(), reason, accept);
         let mut known = self.scanned.obstacles.iter();
-        match known.position(|o| o.way == way && (is_full || o.reason == reason)) {
+        match known.position(|o| (&o.reason, &o.way) == (&obstacle.reason, &obstacle.way)) {
             Some(known) => self.counts[known] += 1,
             None => {
-                self.scanned.obstacles.push(Obstacle { place: self.place(), reason, way });
+                self.scanned.obstacles.push(obstacle);
                 self.counts.push(1);
             }
         }
-    }
-
-    fn noted(&mut self, note: &str) {
-        self.scanned.notes.push(format!("{}: {note}", self.place()));
     }
 
     /// Has a value go nowhere.
@@ -242,10 +221,7 @@ impl Look<'_> {
     fn edit(&mut self, at: Option<Range<u64>>, with: String) {
         match at {
             Some(at) => self.scanned.edits.push(Edit { at, with }),
-            None => {
-                let reason = "an attribute that cannot be replaced".to_owned();
-                self.blocked(reason, Way::Change("write it plainly"));
-            }
+            None => self.blocked("an attribute is not written plainly".to_owned(), None),
         }
     }
 
@@ -256,22 +232,24 @@ impl Look<'_> {
             let reason = format!(
                 "<{tag}> adds or removes vehicles, and these differ between methods, so that delays are of different vehicles"
             );
-            self.blocked(reason, Way::Accept(Accept::Calibrators));
+            self.blocked(reason, Some(Accept::Calibrators));
         }
         let mut attributes = Vec::new();
         for attribute in element.attributes() {
             let read = attribute.map_err(|e| e.to_string()).and_then(|attribute| {
                 let value = attribute.normalized_value(XmlVersion::Implicit1_0);
+                let at = within(element, &attribute.value, position);
+                let key = within(element, attribute.key.as_ref(), position);
                 Ok(Attribute {
                     name: attribute.key.local_name().as_ref().to_owned(),
                     value: value.map_err(|e| e.to_string())?.into_owned(),
-                    at: within(element, &attribute.value, position),
-                    begin: within(element, attribute.key.as_ref(), position).map(|at| at.start),
+                    whole: key.zip(at.clone()).map(|(key, at)| key.start..at.end + 1),
+                    at,
                 })
             });
             match read {
                 Ok(attribute) => attributes.push(attribute),
-                Err(e) => return self.blocked(e, Way::Change("")),
+                Err(e) => return self.blocked(e, None),
             }
         }
         self.departures(&tag, &|wanted| {
@@ -287,34 +265,24 @@ impl Look<'_> {
 
     /// Looks at what an element says of vehicles, given its attributes by name.
     fn departures<'a>(&mut self, tag: &str, of: &dyn Fn(&str) -> Option<&'a str>) {
-        let found = &mut self.scanned;
-        found.has_others |= OTHERS.contains(&tag);
-        if tag == "personTrip" {
-            let modes = of("modes").unwrap_or_default();
-            found.has_vehicles |= OWN_VEHICLES.iter().any(|mode| modes.contains(mode));
-            found.has_vehicles |= of("vTypes").is_some();
-        }
         let when = match tag {
             "vehicle" | "trip" => "depart",
             "flow" => "begin",
+            // The person may drive.
+            "personTrip" => return self.scanned.has_vehicles = true,
             _ => return,
         };
-        found.has_vehicles = true;
-        let is_random = of("period").is_some_and(|period| period.starts_with("exp"));
-        if tag == "flow" && (is_random || of("probability").is_some()) {
-            let id = of("id").unwrap_or_default();
-            found.first_drawn.get_or_insert_with(|| format!("<flow id={id:?}>"));
-        }
+        self.scanned.has_vehicles = true;
         let time = |name: &str| of(name).and_then(|text| seconds(text).ok());
         // What waits for something else has no time.
         let Some(depart_s) = time(when) else { return };
         let last_s = time("end").map_or(depart_s, |end_s| end_s.max(depart_s));
-        found.first_s = Some(found.first_s.map_or(depart_s, |known| known.min(depart_s)));
-        found.last_s = Some(found.last_s.map_or(last_s, |known| known.max(last_s)));
+        let known_s = self.scanned.last_s.unwrap_or(last_s);
+        self.scanned.last_s = Some(known_s.max(last_s));
     }
 
     fn attribute(&mut self, tag: &str, attribute: Attribute) {
-        let Attribute { name, value, at, begin } = attribute;
+        let Attribute { name, value, at, whole } = attribute;
         if PICTURES.contains(&name.as_str()) || NOWHERE.contains(&value.as_str()) {
             return;
         }
@@ -326,13 +294,14 @@ impl Look<'_> {
             let plain = value.bytes().all(|b| b.is_ascii() && !b.is_ascii_control());
             match at.filter(|_| !value.is_empty() && !value.contains("${") && plain) {
                 Some(at) => self.scanned.named.push((value, at)),
-                None => self.blocked(shown, Way::Change("give the name of a file in ASCII")),
+                None => {
+                    self.blocked(format!("{shown}; give the name of a file in ASCII"), None);
+                }
             }
         } else if name == "href" || name.starts_with("commandPosix") {
-            self.blocked(format!("{shown} is none that is followed"), Way::Change("remove it"));
+            self.blocked(format!("{shown} is none that is followed; remove it"), None);
         } else if name == "edgesFile" {
             // A list of edges whose figures are written, which are not.
-            let whole = begin.zip(at).map(|(begin, at)| begin..at.end + 1);
             let blank = whole.as_ref().map(|at| " ".repeat((at.end - at.start) as usize));
             self.output(whole, blank.unwrap_or_default(), &shown);
         } else if names_a_file(&name) || name == "output" || (tag == "timedEvent" && name == "dest")
@@ -346,9 +315,6 @@ impl Look<'_> {
                 self.scanned.newer_classes.push(Edit { at, with });
             }
         } else if name == "emissionClass" && value.to_lowercase().starts_with("phemlight") {
-            self.noted(&format!(
-                "emissionClass {value} is taken as {EMISSION_CLASS}: its tables are not hashed"
-            ));
             self.edit(at, EMISSION_CLASS.to_owned());
         }
     }
@@ -359,9 +325,7 @@ impl Look<'_> {
         let (Some(key), Some(value)) = (of("key"), of("value")) else { return };
         let (key, at, value) = (&key.value, value.at.clone(), &value.value);
         if key.contains("tripinfo") {
-            self.noted(&format!(
-                "parameter {key} = {value} is taken as true: every vehicle counts"
-            ));
+            // Every vehicle counts.
             return self.edit(at, "true".to_owned());
         }
         let writes = names_a_file(key) || key.to_lowercase().contains("output");
@@ -391,31 +355,17 @@ fn names_a_file(name: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn scanned(text: &str) -> Scanned {
-        scan(Path::new("r.xml"), Box::new(io::Cursor::new(text.as_bytes().to_vec())))
-    }
-
     #[test]
-    fn a_flow_lasts_to_its_end_and_is_named_where_its_vehicles_follow_from_the_seed() {
-        let found = scanned(
-            "<r><flow id='f' begin='0' end='0:30:00' period='9'/><trip depart='9'/>\
-             <flow id='g' period='exp(0.1)'/><flow id='h' probability='0.2'/></r>",
-        );
-        assert_eq!((found.first_s, found.last_s), (Some(0.0), Some(1800.0)));
-        assert_eq!(found.first_drawn.as_deref(), Some("<flow id=\"g\">"));
-        assert_eq!(scanned("<r><person depart='9'/></r>").last_s, None);
-    }
-
-    #[test]
-    fn people_are_no_vehicles_unless_they_drive() {
+    fn vehicles_are_told_from_people_on_foot_and_the_last_departs_at_the_end_of_its_flow() {
         let of = |text: &str| {
-            let found = scanned(&format!("<r>{text}</r>"));
-            (found.has_vehicles, found.has_others)
+            let text = format!("<r>{text}</r>").into_bytes();
+            let found = scan(Path::new("r.xml"), Box::new(io::Cursor::new(text)));
+            (found.has_vehicles, found.last_s)
         };
-        assert_eq!(of("<person depart='9'><walk edges='x y'/></person>"), (false, true));
-        assert_eq!(of("<person/><personTrip modes='public'/>"), (false, true));
-        assert_eq!(of("<person/><personTrip modes='public car'/>"), (true, true));
-        assert_eq!(of("<flow number='9'/>"), (true, false));
-        assert_eq!(of("<route edges='x y'/>"), (false, false));
+        let flow = "<flow id='f' begin='0' end='0:30:00' period='9'/><trip depart='9'/>";
+        assert_eq!(of(flow), (true, Some(1800.0)));
+        assert_eq!(of("<person depart='9'><walk edges='x y'/></person>"), (false, None));
+        assert_eq!(of("<person/><personTrip modes='public car'/>"), (true, None));
+        assert_eq!(of("<flow number='9'/><route edges='x y'/>"), (true, None));
     }
 }

@@ -1,17 +1,18 @@
-//! All files of a scenario: those that its configuration names, and those that they name in turn.
-//!
-//! What is found in each is in [`super::scan`].
+//! All files of a scenario: those that its configuration names, and those that they name in turn ([`super::scan`]); and private
+//! copies of them for one simulation, without what SUMO would write, and where it is asked for without programs that change by
+//! the clock. Of files without either SUMO reads the originals.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{BufRead, BufReader, Read, Seek};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, BufWriter, ErrorKind, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use flate2::read::MultiGzDecoder;
 
-use super::obstacle::{Accept, Obstacle, Way};
-use super::scan::{Scanned, scan};
+use super::obstacle::{Accept, Obstacle};
+use super::scan::{Edit, Scanned, scan};
 use super::sumocfg::SumoConfig;
-use basics::files::{self, FileError};
+use basics::files::{self, FileError, make_folder};
 
 /// First bytes of a compressed file.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
@@ -54,64 +55,53 @@ impl Sources {
     pub fn of(config: &SumoConfig, accept: &BTreeSet<Accept>) -> Self {
         let mut all = Self::default();
         let mut known: BTreeMap<PathBuf, usize> = BTreeMap::new();
-        let folder_of = |path: &Path| path.parent().unwrap_or(Path::new("")).join(".");
-        let mut folders: Vec<PathBuf> =
-            config.folder.iter().map(|folder| folder.join(".")).collect();
         for (name, path) in &config.files {
-            folders.push(folder_of(path));
             all.add(&mut known, name.clone(), path.clone());
         }
-        let folders: Vec<PathBuf> =
-            folders.iter().filter_map(|folder| folder.canonicalize().ok()).collect();
+        let folders = config.files.iter().map(|(_, path)| beside(path, "."));
+        let folders = folders.chain(config.folder.iter().map(|folder| folder.join(".")));
+        let folders: Vec<PathBuf> = folders.filter_map(|f| f.canonicalize().ok()).collect();
+        let is_outside = |file: &Path| {
+            // Of what is not there, that is what is said.
+            let real = file.canonicalize().ok();
+            real.is_some_and(|real| !folders.iter().any(|folder| real.starts_with(folder)))
+        };
         let mut next = 0;
         while let Some(Source { name, path, .. }) = all.files.get(next).cloned() {
-            let blocked = |reason: String, way: Way| {
-                let place = path.display().to_string();
-                Obstacle { place, reason, way }
-            };
-            let mut scanned = match open(&path) {
-                Ok(opened) => scan(&path, opened),
-                Err(e) => {
-                    let (reason, change) = match path.exists() {
-                        true => (e.reason.to_string(), ""),
-                        false if name.contains('\\') => (
-                            "the scenario names it in the way of Windows".to_owned(),
-                            "write slashes, and the way from the folder of the file that names it",
-                        ),
-                        false => {
-                            ("the scenario names it, but it cannot be read".to_owned(), "add it")
-                        }
-                    };
-                    all.obstacles.push(blocked(reason, Way::Change(change)));
-                    Scanned::default()
+            let blocked =
+                |reason: String, accept| Obstacle::new(path.display().to_string(), reason, accept);
+            let mut scanned = Scanned::default();
+            match open(&path) {
+                Ok(opened) => scanned = scan(&path, opened),
+                Err(e) if path.exists() => all.obstacles.push(blocked(e.reason.to_string(), None)),
+                Err(_) => {
+                    let slashes = if name.contains('\\') { ", with slashes" } else { "" };
+                    let reason = format!(
+                        "the scenario names it, but it cannot be read; add it, or correct its name{slashes}"
+                    );
+                    all.obstacles.push(blocked(reason, None));
                 }
-            };
+            }
             all.obstacles.append(&mut scanned.obstacles);
             if accept.contains(&Accept::NewerClasses) {
                 scanned.edits.extend(scanned.newer_classes.iter().cloned());
             }
             let mut names = Vec::new();
             for (named, _) in &scanned.named {
-                let beside = |of: &Path| of.parent().unwrap_or(Path::new("")).join(named);
-                let file = beside(&path);
-                // Of what is not there, that is what is said.
-                let is_within =
-                    |real: PathBuf| folders.iter().any(|folder| real.starts_with(folder));
-                let inside = accept.contains(&Accept::OutsideFiles)
-                    || file.canonicalize().map_or(true, is_within);
-                if !inside {
+                let file = beside(&path, named);
+                let refused = is_outside(&file) && !accept.contains(&Accept::OutsideFiles);
+                if refused {
                     let reason =
                         format!("it draws in {}, which lies outside the scenario", file.display());
-                    all.obstacles.push(blocked(reason, Way::Accept(Accept::OutsideFiles)));
+                    all.obstacles.push(blocked(reason, Some(Accept::OutsideFiles)));
                 }
-                let name = beside(Path::new(&name)).display().to_string();
-                names.push(inside.then(|| all.add(&mut known, name, file)));
+                let name = beside(Path::new(&name), named).display().to_string();
+                names.push((!refused).then(|| all.add(&mut known, name, file)));
             }
             (all.files[next].scanned, all.files[next].names) = (scanned, names);
             next += 1;
             if all.files.len() > MOST {
-                let reason = format!("it draws in more than {MOST} files");
-                all.obstacles.push(blocked(reason, Way::Change("")));
+                all.obstacles.push(blocked(format!("it draws in more than {MOST} files"), None));
                 break;
             }
         }
@@ -132,24 +122,9 @@ impl Sources {
         self.files.iter().map(|file| (file.name.as_str(), file.path.as_path()))
     }
 
-    /// Whether a network names classes of vehicles that only a newer SUMO knows.
-    pub fn has_newer_classes(&self) -> bool {
-        self.files.iter().any(|file| !file.scanned.newer_classes.is_empty())
-    }
-
     /// Whether programs change by the clock.
     pub fn has_day_plan(&self) -> bool {
         self.files.iter().any(|file| !file.scanned.day_plan.is_empty())
-    }
-
-    /// Returns the earliest departure of a vehicle, seconds.
-    pub fn first_departure_s(&self) -> Option<f64> {
-        self.files.iter().filter_map(|file| file.scanned.first_s).reduce(f64::min)
-    }
-
-    /// Returns the latest departure of a vehicle or end of a flow, seconds.
-    pub fn last_departure_s(&self) -> Option<f64> {
-        self.files.iter().filter_map(|file| file.scanned.last_s).reduce(f64::max)
     }
 
     /// Says what counts in place of what the files say.
@@ -160,18 +135,6 @@ impl Sources {
             let count: u32 = outputs().map(|(count, _)| count).sum();
             notes.push(format!("outputs are not written: {count}, the first in {first}"));
         }
-        for file in &self.files {
-            notes.extend(file.scanned.notes.iter().cloned());
-        }
-        let drawn = |file: &Source| {
-            Some((file.path.display().to_string(), file.scanned.first_drawn.clone()?))
-        };
-        notes.extend(self.files.iter().find_map(drawn).map(|(file, flow)| {
-            format!(
-                "SUMO draws the vehicles of flows with `probability` or `period=\"exp(...)\"` from the seed, so that episodes \
-                 have other vehicles, the first flow in {file}: {flow}"
-            )
-        }));
         if self.has_day_plan() {
             notes.push(
                 "signals change their programs by the clock (<WAUT>): so they do under `program`; the other methods take \
@@ -181,6 +144,32 @@ impl Sources {
         }
         notes
     }
+
+    /// Returns by file whether a copy of it is needed: of those that have something otherwise, of those that draw such a
+    /// file in, and of all that a copy draws in, so that they lie side by side.
+    fn needed(&self, day_plan: bool) -> Vec<bool> {
+        let differs = |Source { scanned, .. }: &Source| {
+            !scanned.edits.is_empty() || !day_plan && !scanned.day_plan.is_empty()
+        };
+        let mut copied: Vec<bool> = self.files.iter().map(differs).collect();
+        loop {
+            let before = copied.clone();
+            for (file, source) in self.files.iter().enumerate() {
+                for named in source.names.iter().flatten().copied() {
+                    let either = copied[file] || copied[named];
+                    (copied[file], copied[named]) = (either, either);
+                }
+            }
+            if copied == before {
+                return copied;
+            }
+        }
+    }
+}
+
+/// Returns where a name leads that stands in a file.
+fn beside(file: &Path, name: &str) -> PathBuf {
+    file.parent().unwrap_or(Path::new("")).join(name)
 }
 
 /// Returns a file that may be compressed, opened; more than 16 GiB are not read of it.
@@ -201,6 +190,85 @@ pub fn open(path: &Path) -> Result<Box<dyn BufRead>, FileError> {
     } else {
         Box::new(BufReader::new(file.take(UNPACKED)))
     })
+}
+
+/// Writes the copies that are needed into a folder, and returns the options that SUMO gets in place of the
+/// configuration's: long name, value.
+///
+/// # Arguments
+///
+/// * `day_plan` — whether programs change by the clock as they do in the scenario.
+///
+/// # Errors
+///
+/// [`FileError`] when a file cannot be read or the folder cannot be written.
+pub fn copy(
+    config: &SumoConfig,
+    sources: &Sources,
+    folder: &Path,
+    day_plan: bool,
+) -> Result<Vec<(String, String)>, FileError> {
+    let copied = sources.needed(day_plan);
+    if !copied.contains(&true) {
+        return Ok(Vec::new());
+    }
+    make_folder(folder)?;
+    for (file, source) in sources.files.iter().enumerate().filter(|(file, _)| copied[*file]) {
+        let path = folder.join(of_copy(file));
+        write(source, &edits(source, day_plan), &path)?;
+    }
+    let now = |path: &str| {
+        let file = sources.files.iter().position(|source| source.path == Path::new(path));
+        let copy = file.filter(|file| copied[*file]).map(|file| folder.join(of_copy(file)));
+        copy.map_or_else(|| path.to_owned(), |copy| copy.display().to_string())
+    };
+    let lists = config.options().iter().filter(|(name, _)| SumoConfig::is_list(name));
+    let lists = lists.map(|(name, paths)| {
+        (name.clone(), paths.split(',').map(now).collect::<Vec<_>>().join(","))
+    });
+    Ok(lists.collect())
+}
+
+fn of_copy(file: usize) -> String {
+    format!("{file}.xml")
+}
+
+/// Returns what a copy has otherwise, in order.
+fn edits(source: &Source, day_plan: bool) -> Vec<Edit> {
+    let scanned = &source.scanned;
+    let gone = scanned.day_plan.iter().filter(|_| !day_plan);
+    let gone = gone.map(|at| Edit { at: at.clone(), with: String::new() });
+    let names = scanned.named.iter().zip(&source.names);
+    let names =
+        names.filter_map(|((_, at), file)| Some(Edit { at: at.clone(), with: of_copy((*file)?) }));
+    let mut edits: Vec<Edit> = scanned.edits.iter().cloned().chain(gone).chain(names).collect();
+    edits.sort_by_key(|edit| (edit.at.start, std::cmp::Reverse(edit.at.end)));
+    edits
+}
+
+fn write(source: &Source, edits: &[Edit], path: &Path) -> Result<(), FileError> {
+    let mut from = open(&source.path)?;
+    let file = File::create_new(path).map_err(FileError::at("create", path))?;
+    let mut to = BufWriter::new(file);
+    let mut pass = |count: u64, to: &mut dyn Write| {
+        let passed = io::copy(&mut (&mut from).take(count), to);
+        let passed = passed.and_then(|passed| match passed < count && count < u64::MAX {
+            true => Err(io::Error::new(ErrorKind::UnexpectedEof, "it became shorter meanwhile")),
+            false => Ok(()),
+        });
+        passed.map_err(FileError::at("copy", &source.path))
+    };
+    let mut at = 0;
+    for Edit { at: bytes, with } in edits {
+        // What lies in an element that is gone is gone with it.
+        let Some(before) = bytes.start.checked_sub(at) else { continue };
+        pass(before, &mut to)?;
+        to.write_all(with.as_bytes()).map_err(FileError::at("write", path))?;
+        pass(bytes.end - bytes.start, &mut io::sink())?;
+        at = bytes.end;
+    }
+    pass(u64::MAX, &mut to)?;
+    to.flush().map_err(FileError::at("write", path))
 }
 
 #[cfg(test)]

@@ -15,8 +15,8 @@ use std::path::{Path, PathBuf};
 use roxmltree::{Document, Node};
 
 use super::error::SimError;
-use super::obstacle::{Obstacle, Way};
-use super::options::{Kind, kind, long, replaced, to_accept, validates};
+use super::obstacle::{Accept, Obstacle};
+use super::options::{Kind, kind, long, replaced};
 use basics::files::{self, limits};
 
 /// Step length of a configuration that has none, seconds.
@@ -32,7 +32,7 @@ const VALUE: [&str; 2] = ["value", "v"];
 const CLOCK_S: [f64; 4] = [1.0, 60.0, 3600.0, 86_400.0];
 
 /// What is read of a SUMO configuration.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SumoConfig {
     /// Start, seconds.
     pub begin_s: f64,
@@ -46,14 +46,8 @@ pub struct SumoConfig {
     pub obstacles: Vec<Obstacle>,
     /// What counts in place of what it says, in words.
     pub notes: Vec<String>,
-    /// Time after which it has vehicles teleported, as it is written there; the run has a setting of its own.
-    pub time_to_teleport: Option<String>,
     /// Its folder.
     pub folder: Option<PathBuf>,
-    /// What it is called in messages.
-    shown: String,
-    networks: Vec<PathBuf>,
-    routes: Vec<PathBuf>,
     options: Vec<(String, String)>,
 }
 
@@ -79,17 +73,22 @@ impl SumoConfig {
 
     /// Returns the paths of its networks.
     pub fn networks(&self) -> impl Iterator<Item = &Path> {
-        self.networks.iter().map(PathBuf::as_path)
+        self.paths("net-file")
     }
 
     /// Whether a file is one of routes, which SUMO reads as time goes on.
     pub fn has_routes(&self, path: &Path) -> bool {
-        self.routes.iter().any(|routes| routes == path)
+        self.paths("route-files").any(|routes| routes == path)
+    }
+
+    fn paths(&self, option: &str) -> impl Iterator<Item = &Path> {
+        let lists = self.options.iter().filter(move |(name, _)| name == option);
+        lists.flat_map(|(_, paths)| paths.split(',')).map(Path::new)
     }
 
     /// Whether an option, given its long name, is a list of files.
     pub fn is_list(option: &str) -> bool {
-        matches!(kind(option), Kind::Files)
+        kind(option) == Kind::Files
     }
 
     /// Returns the options that SUMO is started with, in order: long name, value.
@@ -103,109 +102,81 @@ impl SumoConfig {
     ///
     /// What is wrong with it, in words, where it cannot be read any further.
     pub fn parse(text: &str, path: &Path) -> Result<Self, String> {
-        let mut settings = Self {
-            begin_s: 0.0,
-            end_s: None,
-            step_length_s: DEFAULT_STEP_LENGTH_S,
-            files: Vec::new(),
-            obstacles: Vec::new(),
-            notes: Vec::new(),
-            time_to_teleport: None,
-            folder: path.parent().map(Path::to_path_buf),
-            shown: path.display().to_string(),
-            networks: Vec::new(),
-            routes: Vec::new(),
-            options: Vec::new(),
-        };
-        let folder = path.parent().unwrap_or(Path::new(""));
+        let folder = path.parent().map(Path::to_path_buf);
+        let mut config = Self { step_length_s: DEFAULT_STEP_LENGTH_S, folder, ..Self::default() };
         // SUMO takes an empty value for none.
         for (written, value) in options(text)?.into_iter().filter(|(_, value)| !value.is_empty()) {
-            let reasons = settings.add(&written, value, folder);
-            if let Err(reason) = reasons {
-                settings.blocked(format!("option <{written}>: {reason}"), Way::Change(""));
+            if let Err((reason, accept)) = config.add(&written, value) {
+                let reason = format!("option <{written}>: {reason}");
+                let place = path.display().to_string();
+                config.obstacles.push(Obstacle::new(place, reason, accept));
             }
         }
-        if settings.networks.is_empty() && settings.obstacles.is_empty() {
+        if config.networks().next().is_none() && config.obstacles.is_empty() {
             return Err("no `<net-file>`; is it a SUMO configuration?".into());
         }
-        Ok(settings)
-    }
-
-    fn blocked(&mut self, reason: String, way: Way) {
-        self.obstacles.push(Obstacle { place: self.shown.clone(), reason, way });
+        Ok(config)
     }
 
     /// Adds an option.
     ///
     /// # Errors
     ///
-    /// Why its value cannot be used, and the way out.
-    fn add(&mut self, written: &str, value: String, folder: &Path) -> Result<(), String> {
+    /// Why its value cannot be used as it is, and what has to be accepted.
+    fn add(&mut self, written: &str, mut value: String) -> Result<(), (String, Option<Accept>)> {
         let option = long(written);
-        let value = match kind(option) {
-            Kind::LeftOut => {
-                if validates(option, &value) {
-                    self.notes.push(format!(
-                        "{written} = {value} is taken as never: nothing is validated"
-                    ));
-                }
+        let mut accept = Ok(());
+        match kind(option) {
+            Kind::LeftOut => return Ok(()),
+            Kind::Dropped => {
+                self.notes.push(format!(
+                    "{written} = {value} is left out: nothing connects, and nothing else is read or written"
+                ));
                 return Ok(());
             }
-            Kind::Dropped(why) => {
-                self.notes.push(format!("{written} = {value} is left out: {why}"));
-                return Ok(());
-            }
-            Kind::Refused(why, accept) => {
-                self.blocked(format!("option <{written}>: {why}"), Way::Accept(accept));
-                return Ok(());
-            }
-            Kind::Used => match replaced(option, &value) {
-                Some((other, why)) => {
-                    let note = format!("{written} = {value} is taken as {other}: {why}");
-                    match to_accept(option) {
-                        Some(accept) => self.blocked(note, Way::Accept(accept)),
-                        None => self.notes.push(note),
+            Kind::Refused(why, accept) => return Err((why.to_owned(), Some(accept))),
+            Kind::Used => {
+                if let Some(other) = replaced(option, &value) {
+                    let note = format!("{value} is taken as {}: {}", other.to, other.why);
+                    match other.accept {
+                        Some(_) => accept = Err((note, other.accept)),
+                        None => self.notes.push(format!("{written} = {note}")),
                     }
-                    other.to_owned()
+                    other.to.clone_into(&mut value);
                 }
-                None => value,
-            },
-            Kind::Files => self.add_files(option, &value, folder)?,
-        };
+            }
+            Kind::Files => value = self.add_files(&value).map_err(|reason| (reason, None))?,
+        }
+        let wrong = |reason: String| (reason, None);
         if value.contains("${") {
-            return Err(format!("write out the variable in {value:?}"));
+            return Err(wrong(format!("write out the variable in {value:?}")));
         }
         if self.options.iter().any(|(known, _)| known == option) {
-            return Err("it is given twice; give it once".to_owned());
+            return Err(wrong("it is given twice; give it once".to_owned()));
         }
         match option {
-            "begin" => self.begin_s = seconds(&value)?,
-            "end" => self.end_s = Some(seconds(&value)?).filter(|e| *e >= 0.0),
-            "step-length" => self.step_length_s = seconds(&value)?,
-            "time-to-teleport" => self.time_to_teleport = Some(value.clone()),
+            "begin" => self.begin_s = seconds(&value).map_err(wrong)?,
+            "end" => self.end_s = Some(seconds(&value).map_err(wrong)?).filter(|e| *e >= 0.0),
+            "step-length" => self.step_length_s = seconds(&value).map_err(wrong)?,
+            "time-to-teleport" if value.trim() != "-1" => self.notes.push(format!(
+                "time-to-teleport = {value} gives way to simulation.time_to_teleport_s, by default never"
+            )),
             _ => {}
         }
         self.options.push((option.to_owned(), value));
-        Ok(())
+        accept
     }
 
     /// Adds the files of an option and returns their paths as SUMO gets them.
-    fn add_files(&mut self, option: &str, value: &str, folder: &Path) -> Result<String, String> {
+    fn add_files(&mut self, value: &str) -> Result<String, String> {
+        let folder = self.folder.clone().unwrap_or_default();
         let mut paths = Vec::new();
         for name in file_names(value)? {
             let path = folder.join(&name);
             let shown = path.display().to_string();
-            if shown.contains(',') {
-                return Err(format!("{shown}: SUMO reads a comma as two files; rename it"));
-            }
-            // Its place in a manifest is a variable of somebody's environment.
-            if name.contains("${") {
-                return Err(format!("write out the variable in {name:?}"));
-            }
-            match option {
-                "net-file" => self.networks.push(path.clone()),
-                "route-files" => self.routes.push(path.clone()),
-                _ => {}
+            // A variable in a manifest would be of somebody's environment.
+            if shown.contains(',') || name.contains("${") {
+                return Err(format!("{shown}: SUMO reads something else in it; rename it"));
             }
             self.files.push((name, path));
             paths.push(shown);

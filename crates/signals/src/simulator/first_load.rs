@@ -9,8 +9,10 @@ use std::ffi::{CString, OsStr};
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
+use std::time::Duration;
 
+use crate::network::subprocess::output_of;
 use crate::network::tool::{find, version_in};
 use basics::machine::is_from_outside;
 
@@ -19,6 +21,9 @@ const ERROR: &str = "Error: ";
 
 /// Most of them that are quoted.
 const QUOTED: usize = 3;
+
+/// Longest time that is waited; libsumo is tried then.
+const LIMIT: Duration = Duration::from_secs(3600);
 
 /// What `sumo` said of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -43,11 +48,9 @@ pub(super) fn first_load(command_line: &[CString], version: &str) -> Said {
 fn said(sumo: &Path, command_line: &[CString]) -> Said {
     let mut command = Command::new(sumo);
     command.args(command_line.iter().skip(1).map(|arg| OsStr::from_bytes(arg.as_bytes())));
-    let output = command.stdin(Stdio::null()).stdout(Stdio::null()).output();
     // Where it cannot be started, libsumo says what is wrong.
-    let Ok(output) = output else { return Said::default() };
-    let text = String::from_utf8_lossy(&output.stderr);
-    let crashed = output.status.signal().is_some_and(|signal| !is_from_outside(signal));
+    let Ok(Some((status, _, text))) = output_of(command, LIMIT) else { return Said::default() };
+    let crashed = status.signal().is_some_and(|signal| !is_from_outside(signal));
     let last = text.lines().map(str::trim).rfind(|line| !line.is_empty());
     let crash = crashed.then(|| last.unwrap_or("it said nothing").to_owned());
     Said { crash, errors: errors(&text) }
@@ -58,20 +61,16 @@ fn errors(text: &str) -> String {
     let mut errors: Vec<String> = Vec::new();
     let mut goes_on = false;
     for line in text.lines() {
-        if let Some(error) = line.strip_prefix(ERROR) {
-            errors.push(error.trim().to_owned());
-            goes_on = true;
-        } else if let Some(last) = errors.last_mut().filter(|_| goes_on && line.starts_with(' ')) {
-            last.push(' ');
-            last.push_str(line.trim());
-        } else {
-            goes_on = false;
+        let begins = line.strip_prefix(ERROR);
+        goes_on = begins.is_some() || goes_on && line.starts_with(' ');
+        match (begins, errors.last_mut()) {
+            (Some(error), _) => errors.push(error.trim().to_owned()),
+            (None, Some(last)) if goes_on => *last = format!("{last} {}", line.trim()),
+            _ => {}
         }
     }
-    let more = errors.len().saturating_sub(QUOTED);
     errors.truncate(QUOTED);
-    let more = if more == 0 { String::new() } else { format!(" and {more} more") };
-    format!("{}{more}", errors.join(" "))
+    errors.join(" ")
 }
 
 #[cfg(test)]
@@ -99,7 +98,7 @@ mod tests {
         let script = "printf 'Warning: slow\\n on\\nError: No edge.\\n Quitting\\nQuitting (on error).\\n' >&2; exit 1";
         let refused = said_by(script);
         assert_eq!((refused.crash, refused.errors.as_str()), (None, "No edge. Quitting"));
-        assert_eq!(errors(&"Error: a.\n".repeat(5)), "a. a. a. and 2 more");
+        assert_eq!(errors(&"Error: a.\n".repeat(5)), "a. a. a.");
         assert_eq!(errors("all is well\n"), "");
     }
 }

@@ -67,7 +67,7 @@ fn a_file_outside_the_folders_of_the_scenario_is_drawn_in_only_when_that_is_acce
     let text: &[u8] = b"<a><include href='/etc/hostname'/></a>";
     let found = with(&[("a.xml", text)]);
     assert_eq!((names(&found), found.obstacles.len()), (vec!["n.xml", "a.xml"], 1));
-    assert_eq!(found.obstacles[0].way, Way::Accept(Accept::OutsideFiles));
+    assert!(found.obstacles[0].goes_with(&[Accept::OutsideFiles]));
     let accepted = with_option(&[("a.xml", text)], true);
     assert_eq!(names(&accepted).len(), 3);
     // Whatever lies beneath a folder from which the configuration takes a file is the scenario's.
@@ -105,9 +105,9 @@ fn all_that_is_in_the_way_is_found_with_its_place() {
         ("<a><include href='b&#10;.xml'/></a>", "give the name of a file in ASCII"),
         (
             "<a><include href='b.xml'/></a>",
-            "b.xml: the scenario names it, but it cannot be read; add it",
+            "b.xml: the scenario names it, but it cannot be read; add it, or correct its name",
         ),
-        ("<a><include href='sub\\b.xml'/></a>", "names it in the way of Windows; write slashes"),
+        ("<a><include href='sub\\b.xml'/></a>", "or correct its name, with slashes"),
         ("<a><include href='sub'/></a>", "sub: it is a folder; give a regular file"),
         ("<!DOCTYPE a [<!ENTITY x SYSTEM 'b'>]><a>&x;</a>", "a <!DOCTYPE> can draw other files in"),
         ("<?xml version='1.0' encoding='UTF-7'?><a/>", "encoding \"utf-7\"; save it as UTF-8"),
@@ -131,5 +131,70 @@ fn classes_of_a_newer_sumo_are_left_out_of_networks_where_that_is_accepted() {
     let left: Vec<&str> =
         found.files[1].scanned.newer_classes.iter().map(|edit| edit.with.as_str()).collect();
     assert_eq!(left, ["ignoring", "tram bus"]);
-    assert!(found.has_newer_classes() && found.files[1].scanned.edits.is_empty());
+    assert!(found.files[1].scanned.edits.is_empty());
+}
+
+/// A scenario of a network and these additional files, the first of which is named.
+fn scenario(folder: &Path, files: &[(&str, &str)]) -> (SumoConfig, Sources) {
+    for (name, text) in files.iter().chain(&[("n.xml", "<net/>")]) {
+        fs::write(folder.join(name), text).unwrap();
+    }
+    let text = format!("<c><n v='n.xml'/><a v='{}'/></c>", files[0].0);
+    fs::write(folder.join("a.sumocfg"), text).unwrap();
+    let config = SumoConfig::read(&folder.join("a.sumocfg")).unwrap();
+    let sources = Sources::of(&config, &BTreeSet::new());
+    assert_eq!(sources.obstacles, []);
+    (config, sources)
+}
+
+#[test]
+fn outputs_of_any_kind_go_nowhere_and_everything_else_stays_byte_for_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "<a>\r\n<!-- Stra\u{df}e file='x' --><e1Detector id=\"d\" file=\"\u{fc} o.xml\"\n/>\
+        <edgeData edgesFile='e' file=  'x&amp;.xml'/><timedEvent dest='t.xml' source=\"c\"/>\
+        <vType emissionClass='PHEMlight/PC'><param key='device.ssm.file' value='s.xml'/>\
+        <param value='false' key='has.tripinfo.device'/><param key='x-output' value=''/></vType>\
+        <routeProbe file='NUL'/><vType imgFile='b.png'/></a> ";
+    let (config, sources) = scenario(folder.path(), &[("a.xml", text)]);
+    let options = copy(&config, &sources, &folder.path().join("copies"), true).unwrap();
+    let copied = fs::read_to_string(folder.path().join("copies/1.xml")).unwrap();
+    let expected = text
+        .replace("\u{fc} o.xml", "NUL")
+        .replace("edgesFile='e'", "             ")
+        .replace("x&amp;.xml", "NUL")
+        .replace("t.xml", "NUL")
+        .replace("PHEMlight/PC", "HBEFA3/PC_G_EU4")
+        .replace("s.xml", "NUL")
+        .replace("value='false'", "value='true'");
+    assert_eq!(copied, expected);
+    let shown = |name: &str| folder.path().join(name).display().to_string();
+    let expected = [
+        ("net-file".to_owned(), shown("n.xml")),
+        ("additional-files".to_owned(), shown("copies/1.xml")),
+    ];
+    assert_eq!(options, expected);
+    assert_eq!(sources.files[1].scanned.outputs.as_ref().unwrap().0, 5);
+    assert!(!folder.path().join("copies/0.xml").exists(), "the network has nothing otherwise");
+}
+
+#[test]
+fn a_day_plan_is_left_out_where_it_is_asked_for_with_what_draws_it_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = "<a><x/><WAUT id='w' startProg='p'><wautSwitch time='9' to='q'/></WAUT>\
+        <wautJunction wautID='w' junctionID='c'/><include href='c.xml'/></a>";
+    let files = [
+        ("a.xml", "<a><include href='b.xml'/></a>"),
+        ("b.xml", plan),
+        ("c.xml", "<c><include href='a.xml'/></c>"),
+    ];
+    let (config, sources) = scenario(folder.path(), &files);
+    let with = |day_plan: bool| {
+        let copies = folder.path().join(format!("copies-{day_plan}"));
+        copy(&config, &sources, &copies, day_plan).unwrap().len()
+    };
+    assert_eq!((with(true), with(false)), (0, 2));
+    let read = |n: usize| fs::read_to_string(folder.path().join(format!("copies-false/{n}.xml")));
+    assert_eq!(read(1).unwrap(), "<a><include href='2.xml'/></a>");
+    assert_eq!(read(2).unwrap(), "<a><x/><include href='3.xml'/></a>");
+    assert_eq!(read(3).unwrap(), "<c><include href='1.xml'/></c>");
 }
