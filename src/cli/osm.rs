@@ -1,9 +1,7 @@
 //! `tsc-family build-networks --osm`: the arguments, and what is said on the terminal.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::time::Instant;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use osm_signals::DrivingSide;
@@ -14,8 +12,7 @@ use super::output::{Progress, line, note};
 use super::refused::Refused;
 use crate::cli::exit;
 use crate::settings::overrides::Override;
-use crate::traffic::city::derive::{Event, derive};
-use crate::traffic::city::input::Request;
+use crate::traffic::city::derive::{Event, Request, derive};
 use crate::traffic::city::quality::Quality;
 use crate::traffic::report::quality::write_quality;
 use crate::traffic::settings::Detail;
@@ -85,7 +82,6 @@ pub(super) fn run(
     overrides: Vec<Override>,
     quiet: bool,
 ) -> anyhow::Result<u8> {
-    let start = Instant::now();
     let request = Request {
         extract: extract.to_path_buf(),
         signals: args.signals.clone(),
@@ -97,7 +93,7 @@ pub(super) fn run(
         boundary: args.boundary.clone(),
         config: args.config.clone(),
         driving_side: args.driving_side,
-        detail: args.detail.unwrap_or(Detail::PerApproach),
+        detail: args.detail,
         overrides,
         out: out.map_or_else(|| Request::default_out(extract), Path::to_path_buf),
         force,
@@ -106,6 +102,7 @@ pub(super) fn run(
     CITY.check(out, "--out", Some(force))?;
     let shown = Shown { quiet, progress: Mutex::new(None) };
     let derived = derive(&request, &|event| shown.event(event))?;
+    shown.finish();
     derived.write(out)?;
     let page = write_quality(out, &derived.quality, &derived.drawing)?;
     if quiet {
@@ -120,13 +117,6 @@ pub(super) fn run(
         derived.networks.display(),
         points.saturating_sub(built)
     ))?;
-    let (read_in, derived_in) = (derived.read_in, derived.surveyed_in);
-    line(format!(
-        "read in {:.1} s, derived in {:.1} s, networks in {:.1} s",
-        read_in.as_secs_f64(),
-        derived_in.as_secs_f64(),
-        (start.elapsed() - read_in - derived_in).as_secs_f64()
-    ))?;
     line(format!("quality: {}", page.display()))?;
     let name = &derived.loaded.scenario.name;
     line(next(out, points, name))?;
@@ -136,20 +126,19 @@ pub(super) fn run(
 /// What is said while a city is derived.
 struct Shown {
     quiet: bool,
-    progress: Mutex<Option<Progress>>,
+    progress: Mutex<Option<(Option<&'static str>, Progress)>>,
 }
 
 impl Shown {
     fn event(&self, event: Event<'_>) {
         match event {
-            Event::Reading { done, total } => self.set(total, None, (done, "")),
-            Event::Building { done, total, point } => {
-                self.set(total, Some("networks"), (done, point));
-            }
-            Event::Read | Event::Built => {
-                if let Some(progress) = self.progress.lock().ok().and_then(|mut p| p.take()) {
+            Event::Progress { what, done, total, point } => {
+                let Ok(mut shown) = self.progress.lock() else { return };
+                if let Some((_, progress)) = shown.take_if(|(shown, _)| *shown != what) {
                     progress.finish();
                 }
+                let new = || (what, Progress::new(total, what, self.quiet));
+                shown.get_or_insert_with(new).1.set(done, point);
             }
             Event::Warning(text) => note(format!("warning: {text}")),
             Event::Found(_) if self.quiet => {}
@@ -158,51 +147,35 @@ impl Shown {
         }
     }
 
-    fn set(&self, total: u64, what: Option<&'static str>, (done, message): (u64, &str)) {
-        if let Ok(mut progress) = self.progress.lock() {
-            let new = || Progress::new(total, what, self.quiet);
-            progress.get_or_insert_with(new).set(done, message);
+    fn finish(&self) {
+        if let Some((_, progress)) = self.progress.lock().ok().and_then(|mut shown| shown.take()) {
+            progress.finish();
         }
     }
 }
 
 /// Returns what was found, in a few lines.
-fn summary(quality: &Quality) -> Vec<String> {
-    let mut lines = vec![format!(
-        "{} signals: {} in {} intersections, which are {} point MDPs",
-        quality.signals, quality.signals_used, quality.intersections, quality.point_mdps
-    )];
-    lines.push(format!("traffic keeps to the {}", quality.driving_side));
-    lines.extend(quality.skipped.iter().map(|s| format!("  {} {}", s.signals, s.text)));
-    let known: Vec<String> = quality
-        .provenance
-        .iter()
-        .map(|p| format!("{} {:.0}%", p.feature, 100.0 * p.tagged))
-        .collect();
-    lines.push(format!(
-        "of {} approaches, known from the data: {}",
-        quality.approaches,
-        known.join(", ")
-    ));
-    let (applied, timed) = quality.timed_restrictions;
+fn summary(q: &Quality) -> Vec<String> {
+    let mut lines = vec![
+        format!(
+            "{} signals: {} in {} intersections, which are {} point MDPs",
+            q.signals, q.signals_used, q.intersections, q.point_mdps
+        ),
+        format!("traffic keeps to the {}", q.driving_side),
+    ];
+    lines.extend(q.skipped.iter().map(|s| format!("  {} {}", s.signals, s.text)));
+    let known = q.provenance.iter().map(|p| format!("{} {:.0}%", p.feature, 100.0 * p.tagged));
+    let known = known.collect::<Vec<_>>().join(", ");
+    lines.push(format!("of {} approaches, known from the data: {known}", q.approaches));
+    let (applied, timed) = q.timed_restrictions;
     if timed > 0 {
         lines.push(format!(
             "{applied} of {timed} turn restrictions at certain times hold in the simulated hour (streets.time_of_day)"
         ));
     }
-    if !quality.listed.is_empty() {
-        let matched = quality.listed.iter().filter(|l| l.intersection.is_some()).count();
-        lines.push(format!("{matched} of {} listed signals matched", quality.listed.len()));
-        let unmapped = quality.listed.iter().filter(|l| l.intersection.is_some() && !l.on_map);
-        match unmapped.count() {
-            0 => {}
-            n => lines.push(format!("  {n} of them have no signal on the map")),
-        }
-        let mut others: BTreeMap<&str, usize> = BTreeMap::new();
-        for row in quality.listed.iter().filter(|l| l.intersection.is_none()) {
-            *others.entry(row.reason.unwrap_or("unknown")).or_default() += 1;
-        }
-        lines.extend(others.into_iter().map(|(reason, n)| format!("  {n} {reason}")));
+    if !q.listed.is_empty() {
+        lines.push(format!("{} listed signals:", q.listed.values().sum::<usize>()));
+        lines.extend(q.listed.iter().map(|(outcome, n)| format!("  {n} {outcome}")));
     }
     lines
 }

@@ -5,37 +5,24 @@ use std::fs;
 
 use crate::made_up::{well_formed, well_linked, words};
 use osm_signals::DrivingSide;
-use osm_signals::flags::Flag as MapFlag;
 use osm_signals::intersections::Skip;
-use osm_signals::oddities::{Oddities, Oddity};
-use osm_signals::tags::Highway;
+use osm_signals::oddities::Oddities;
 use osm_signals::traffic::InflowSource;
 use tsc_family::traffic::city::config::DesignHour;
-use tsc_family::traffic::city::drawing::{Drawing, DrawnStreet};
-use tsc_family::traffic::city::flag::Flag;
-use tsc_family::traffic::city::quality::ListedRow;
-use tsc_family::traffic::city::quality::{
-    CountsSummary, Distribution, InputFile, Provenance, Quality, SkipCount,
-};
-use tsc_family::traffic::city::reason::Reason;
-use tsc_family::traffic::city::spots::Spot;
+use tsc_family::traffic::city::folder::InputFile;
+use tsc_family::traffic::city::quality::{MATCHED, Provenance, Quality, SkipCount, Spot};
+use tsc_family::traffic::city::sites::Reason;
+use tsc_family::traffic::city::surroundings::Drawing;
 use tsc_family::traffic::report::quality::write_quality;
 
 fn rests_on(feature: &'static str, tagged: f64, imputed: f64) -> Provenance {
     Provenance { feature, tagged, spread: 0.0, imputed, default: 1.0 - tagged - imputed }
 }
 
-fn distribution(name: &str, unit: &str, bin: f64, values: [f64; 2]) -> Distribution {
-    let mean = (values[0] + values[1]) / 2.0;
-    let sd = (values[0] - mean).abs();
-    let (name, unit, values) = (name.to_owned(), unit.to_owned(), values.to_vec());
-    Distribution { name, unit, mean, sd, bin, values }
-}
-
-fn spot(id: &str, streets: &[&str], known: f64) -> Spot {
+fn spot(id: &str, streets: &str, known: f64) -> Spot {
     Spot {
         id: id.to_owned(),
-        streets: streets.iter().map(|s| (*s).to_owned()).collect(),
+        streets: streets.to_owned(),
         latitude: 40.0 + known / 100.0,
         longitude: -75.0,
         arms: 4,
@@ -44,25 +31,10 @@ fn spot(id: &str, streets: &[&str], known: f64) -> Spot {
         known,
         list_distance_m: None,
         count_distance_m: None,
-        flags: if known > 0.0 {
-            vec![]
-        } else {
-            [MapFlag::CloseArms, MapFlag::Cut].map(Flag::Map).to_vec()
+        flags: match known > 0.0 {
+            true => vec![],
+            false => vec!["two arms less than 25 degrees apart", "cut by the extract"],
         },
-    }
-}
-
-fn row(line: u64, matched: Option<(&str, f64, bool)>) -> ListedRow {
-    ListedRow {
-        id: format!("<{line}> & co"),
-        line,
-        latitude: 40.0,
-        longitude: -75.0,
-        intersection: matched.map(|m| m.0.to_owned()),
-        distance_m: matched.map(|m| m.1),
-        on_map: matched.is_some_and(|m| m.2),
-        reason: matched.is_none().then_some("roundabout"),
-        duplicate_of: None,
     }
 }
 
@@ -101,48 +73,27 @@ fn plain() -> Quality {
         ],
         cut_approaches: 1,
         no_way_across: 1,
-        counts: None,
         left_out: BTreeMap::new(),
-        listed: Vec::new(),
+        listed: BTreeMap::new(),
         ignored,
-        features: vec![
-            distribution("lanes", "lanes, both directions", 1.0, [2.0, 4.0]),
-            distribution("speed_mph", "mph", 5.0, [25.0, 30.0]),
-            distribution("length_m", "m", 100.0, [120.0, 5000.0]),
-            distribution("inflow_vph", "veh/h per approach", 250.0, [200.0, 800.0]),
-            distribution("left_turn_lanes", "lanes per approach", 1.0, [0.0, 0.0]),
-            distribution("right_turn_lanes", "lanes per approach", 1.0, [0.0, 0.5]),
-        ],
-        spots: vec![spot("n1", &["<script>A</script> & B", "C"], 0.5), spot("n2", &[], 0.0)],
+        spots: vec![spot("n1", "<script>A</script> & B / C", 0.5), spot("n2", "", 0.0)],
     }
 }
 
 /// The same with a list and counts.
 fn listed() -> Quality {
-    let mut listed = vec![row(2, Some(("a", 3.0, true))), row(3, Some(("b", 12.0, false)))];
-    listed.extend((4..56).map(|line| row(line, None)));
-    let oddity = Oddity { count: 3, example: "line 9".to_owned() };
-    let counts = CountsSummary {
-        field: "AADT<2019>".to_owned(),
-        counts: 70,
-        approaches: 8,
-        matched: 2,
-        spread: 1,
-        spread_m: 1000.0,
-        skipped: vec![("count that is no number".to_owned(), oddity)],
-    };
     let mut q = plain();
     q.provenance[4] = Provenance { spread: 0.125, ..rests_on("inflow", 0.25, 0.125) };
     q.provenance[4].default -= 0.125;
-    Quality { listed, counts: Some(counts), ..q }
+    q.listed = BTreeMap::from([(MATCHED[0], 1), (MATCHED[1], 1), ("roundabout", 52)]);
+    q
 }
 
 fn drawing() -> Drawing {
-    let street = |highway, places: &[(f64, f64)]| DrawnStreet { highway, places: places.to_vec() };
     Drawing {
         streets: vec![
-            street(Highway::Residential, &[(40.0, -75.01), (40.0, -75.0), (40.004, -74.9)]),
-            street(Highway::Primary, &[(39.9, -75.0), (40.1, -75.0)]),
+            (0, vec![(40.0, -75.01), (40.0, -75.0), (40.004, -74.9)]),
+            (3, vec![(39.9, -75.0), (40.1, -75.0)]),
         ],
         skipped: vec![(40.001, -75.001, "roundabout"), (40.002, -75.002, "roundabout")],
         frame: [39.999, -75.005, 40.006, -74.995],
@@ -161,11 +112,12 @@ fn the_words_of_the_page_are_these() {
 }
 
 #[test]
-fn a_list_and_counts_have_sections_of_their_own() {
+fn a_list_has_a_section_of_its_own() {
     let words = words(&page(&listed()));
-    let (_, rest) = words.split_once("\nSignal list\nWhat").unwrap();
+    let (summary, rest) = words.split_once("\nSignals\n").unwrap();
+    let (_, rest) = rest.split_once("\nSignal list\nWhat").unwrap();
     let (list, _) = rest.split_once("\nMap\n").unwrap();
-    insta::assert_snapshot!(format!("What{list}"));
+    insta::assert_snapshot!(format!("{summary}\nWhat{list}"));
 }
 
 #[test]

@@ -6,12 +6,8 @@ use std::sync::Mutex;
 
 use osm_signals::signals::{SignalColumns, SignalList};
 use osm_signals::{DrivingSide, Extract, Inputs, Settings, Survey, read};
-use tsc_family::traffic::city::derive::{Event, derive};
-use tsc_family::traffic::city::flag::Flag;
-use tsc_family::traffic::city::input::Request;
-use tsc_family::traffic::city::reason::Reason;
-use tsc_family::traffic::city::sites::City;
-use tsc_family::traffic::city::table;
+use tsc_family::traffic::city::derive::{Event, Request, derive};
+use tsc_family::traffic::city::sites::{City, Reason};
 use tsc_family::traffic::family::approaches::to_csv;
 use tsc_family::traffic::family::load::{from_text, load};
 
@@ -43,7 +39,7 @@ fn an_id_of_free_text_names_the_intersection_and_its_network_gets_a_safe_one() {
     assert_eq!(row.intersection.as_deref(), Some("../Main St, 5th"));
     assert_eq!((row.note, left_out), (None, None));
     let settings = Settings::default().intersections;
-    let csv = to_csv(&table::approaches(&city, &settings));
+    let csv = to_csv(&city.approaches(&settings));
     for detail in ["six-features", "per-approach"] {
         let csv = |_: &str| Ok(csv.clone());
         let text =
@@ -78,18 +74,21 @@ fn what_is_left_out_keeps_intersections_and_traffic_together() {
 fn where_all_streams_can_go_at_once_nothing_is_to_decide() {
     let flagged = |case: &str| {
         let flags = city(&self::case(case), None).sites().next().unwrap().flags();
-        flags.contains(&Flag::OneGreen)
+        flags.contains(&"a single green")
     };
     assert_eq!(["one_green", "four_arms", "left_hand_divided"].map(flagged), [true, false, false]);
     let mut city = city(&case("one_green"), None);
     assert_eq!((city.leave_out_one_green(&[].into()), ids(&city).len()), (1, 0));
     assert_eq!(city.leave_out_one_green(&[].into()), 0);
-    let rows = table::approaches(&city, &Settings::default().intersections);
-    let error = table::check(&rows, &city, Path::new("x.osm"));
-    assert_eq!(
-        error.unwrap_err().to_string(),
-        "x.osm: no signalised intersection; signals: 1 a single green; see which nodes have \
-         highway=traffic_signals"
+    let folder = tempfile::tempdir().unwrap();
+    let extract = "osm-signals/tests/networks/one_green/input.osm";
+    let error = derive(&Request::new(extract, folder.path().join("town")), &|_| {}).unwrap_err();
+    assert!(
+        error.to_string().contains(
+            "no signalised intersection; signals: 1 a single green; see which nodes have \
+             highway=traffic_signals"
+        ),
+        "{error}"
     );
 }
 
@@ -101,10 +100,7 @@ fn a_city_is_derived_without_the_command_and_written_when_asked() {
     let told = Mutex::new(Vec::new());
     let derived = derive(&Request::new(extract, &out), &|event| {
         let what = match event {
-            Event::Reading { .. } => "reading",
-            Event::Read => "read",
-            Event::Building { .. } => "building",
-            Event::Built => "built",
+            Event::Progress { what, .. } => what.unwrap_or("reading"),
             Event::Warning(_) => "warning",
             Event::Found(_) => "found",
             Event::LeftOut(_) => "left out",
@@ -116,7 +112,7 @@ fn a_city_is_derived_without_the_command_and_written_when_asked() {
     })
     .unwrap();
     // Inflows without any count are below the minimum, which is told.
-    assert_eq!(told.into_inner().unwrap(), ["reading", "read", "building", "built", "warning"]);
+    assert_eq!(told.into_inner().unwrap(), ["reading", "networks", "warning"]);
     assert_eq!((ids(&derived.city), derived.built), (vec!["n101"], 1));
     assert_eq!((derived.quality.intersections, derived.loaded.family.points.len()), (1, 1));
     let files = || -> Vec<String> {

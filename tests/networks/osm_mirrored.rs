@@ -12,7 +12,6 @@ use osm_signals::settings::Settings;
 use osm_signals::survey::{Inputs, Survey};
 use tsc_family::traffic::city::config::CityConfig;
 use tsc_family::traffic::city::sites::City;
-use tsc_family::traffic::city::table::approaches;
 use tsc_family::traffic::family::approaches::Approach;
 
 fn nothing(_: u64, _: u64) {}
@@ -39,7 +38,7 @@ fn city(extract: &Extract, settings: &Settings, driving_side: DrivingSide) -> Ci
 
 /// The table of approaches, by intersection and bearing, without the letters of the arms.
 fn rows(city: &City, settings: &Settings) -> Vec<Approach> {
-    let mut rows = approaches(city, &settings.intersections);
+    let mut rows = city.approaches(&settings.intersections);
     for row in &mut rows {
         row.arm = String::new();
     }

@@ -10,7 +10,6 @@ use osm_signals::read::read;
 use osm_signals::settings::Settings;
 use osm_signals::survey::{Inputs, Survey};
 use tsc_family::traffic::city::sites::City;
-use tsc_family::traffic::city::table::approaches;
 
 /// Five minutes, and vehicles that stand for half of them are teleported: none does at low demand.
 const SCENARIO: &str = "\
@@ -41,7 +40,7 @@ fn write_approaches(file: &Path, wanted: DrivingSide, every: usize) -> usize {
         let inputs = Inputs { driving_side: wanted, ..Inputs::default() };
         let city = City::new(Survey::new(&extract, &settings, &inputs), wanted);
         intersections += city.sites().count();
-        for mut row in approaches(&city, &settings.intersections) {
+        for mut row in city.approaches(&settings.intersections) {
             let name = case.file_name().unwrap().to_string_lossy();
             row.intersection = format!("{name}-{}", row.intersection);
             writer.serialize(row).unwrap();

@@ -1,33 +1,26 @@
 //! The quality of a family that was derived from a map, for people: one self-contained page.
 
-mod intersections;
-mod link;
-mod list;
 mod map;
 mod text;
 
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use minijinja::{Value, context};
-use osm_signals::oddities::Oddity;
 
 use basics::files::write_atomically;
+use evaluation::report::ReportError;
 use evaluation::report::page::render;
-use evaluation::report::{ReportError, format};
-use evaluation::stats::quantile::quantile;
-use link::OPENSTREETMAP;
-use signals::city::drawing::Drawing;
-use signals::city::quality::{CountsSummary, Distribution, Provenance, Quality, SkipCount};
+use signals::city::quality::{Provenance, Quality, Spot};
+use signals::city::surroundings::Drawing;
 use text::{percent, share};
 
-/// What values rest on.
-const SOURCES: [&str; 4] =
-    ["known from the data", "counted on its street", "from its class of street", "default"];
+/// Where elements of the map can be looked at.
+const OPENSTREETMAP: &str = "https://www.openstreetmap.org";
 
-const TEMPLATE: &str = include_str!("templates/quality.html");
-
-/// Name of the file with all figures.
-pub const QUALITY_FILE: &str = "quality.json";
+/// Rows of intersections that are shown, so that the page stays small; the others are in the files beside it.
+const ROWS: usize = 3000;
 
 /// Writes `quality.json` and `quality.html` to a folder and returns the page's path.
 ///
@@ -40,117 +33,91 @@ pub fn write_quality(
     drawing: &Drawing,
 ) -> Result<PathBuf, ReportError> {
     let json = serde_json::to_vec_pretty(quality).expect("quality is plain data");
-    let page = page(quality, drawing).map_err(ReportError::Template)?;
-    write_atomically(&folder.join(QUALITY_FILE), &json)?;
+    let template = include_str!("templates/quality.html");
+    let page = render("quality.html", template, values(quality, drawing));
+    let page = page.map_err(ReportError::Template)?;
+    write_atomically(&folder.join("quality.json"), &json)?;
     let path = folder.join("quality.html");
     write_atomically(&path, page.as_bytes())?;
     Ok(path)
 }
 
-/// Returns the page, or the template engine's message.
-fn page(quality: &Quality, drawing: &Drawing) -> Result<String, String> {
-    render("quality.html", TEMPLATE, values(quality, drawing))
-}
-
 fn values(q: &Quality, drawing: &Drawing) -> Value {
+    let of_signals = |n| (n, percent(share(n, q.signals)));
     let explained: usize = q.skipped.iter().map(|s| s.signals).sum();
-    let elsewhere = q.signals.saturating_sub(q.signals_used + explained);
-    let ignored = q.ignored.iter().map(|(reason, o)| oddity(reason, o));
-    let inputs = q.inputs.iter().map(|f| {
-        context! { role => f.role, name => f.name.as_str(), sha256 => f.sha256.as_str() }
+    let skipped = q.skipped.iter().map(|s| {
+        let link = |id: &i64| (id.to_string(), format!("{OPENSTREETMAP}/node/{id}"));
+        (s.text, of_signals(s.signals), s.examples.iter().map(link).collect::<Vec<_>>())
     });
+    let provenance = q.provenance.iter().map(|p: &Provenance| {
+        let shares = [p.tagged, p.spread, p.imputed, p.default].map(percent);
+        (p.feature.replace('_', " "), shares)
+    });
+    let ignored = q.ignored.iter().map(|(reason, oddity)| {
+        let example = oddity.example.as_str();
+        context! { reason, count => oddity.count, example, link => link(example) }
+    });
+    let inputs = q.inputs.iter().map(|f| [f.role, &f.name, &f.sha256].map(str::to_owned));
     context! {
         scenario => q.name.as_str(),
         version => q.version,
+        ways => q.ways,
+        signals => q.signals,
+        intersections => q.intersections,
+        approaches => q.approaches,
+        no_way_across => q.no_way_across,
+        cut_approaches => q.cut_approaches,
+        spots => q.spots.len(),
+        inputs => inputs.collect::<Vec<_>>(),
         headline => text::headline(q),
         sentences => text::sentences(q),
         warnings => text::warnings(q),
-        signals => q.signals,
-        signals_used => q.signals_used,
-        used_share => percent(share(q.signals_used, q.signals)),
-        not_looked_at => elsewhere,
-        not_looked_at_share => percent(share(elsewhere, q.signals)),
-        skipped => q.skipped.iter().map(|s| skipped(q, s)).collect::<Vec<_>>(),
-        ways => q.ways,
-        intersections => q.intersections,
-        approaches => q.approaches,
-        point_mdps => q.point_mdps,
-        no_way_across => q.no_way_across,
-        cut => q.cut_approaches,
-        sources => SOURCES.to_vec(),
-        provenance => provenance(q),
-        features => features(q),
-        list => list::list(q),
-        counts => q.counts.as_ref().map(counts),
+        used => of_signals(q.signals_used),
+        elsewhere => of_signals(q.signals.saturating_sub(q.signals_used + explained)),
+        skipped => skipped.collect::<Vec<_>>(),
+        provenance => provenance.collect::<Vec<_>>(),
+        listed => by_number(q.listed.iter().map(|(outcome, n)| (*outcome, *n)).collect()),
         map => map::map(q, drawing),
         thinned => drawing.thinned,
-        rows => intersections::rows(q),
-        more_rows => intersections::more(q),
-        flagged => q.spots.iter().filter(|s| !s.flags.is_empty()).count(),
-        categories => intersections::categories(q),
         crosses => drawing.skipped.len(),
+        rows => q.spots.iter().take(ROWS).map(row).collect::<Vec<_>>(),
+        flagged => q.spots.iter().filter(|s| !s.flags.is_empty()).count(),
+        categories => categories(q),
         ignored => ignored.collect::<Vec<_>>(),
-        inputs => inputs.collect::<Vec<_>>(),
     }
 }
 
-fn skipped(q: &Quality, s: &SkipCount) -> Value {
-    let example = |id: &i64| context! { id, link => format!("{OPENSTREETMAP}/node/{id}") };
+/// Returns what is worth a look, each with the number of intersections, most frequent first.
+fn categories(q: &Quality) -> Vec<(&'static str, usize)> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for flag in q.spots.iter().flat_map(|s| &s.flags) {
+        *counts.entry(*flag).or_default() += 1;
+    }
+    by_number(counts.into_iter().collect())
+}
+
+fn by_number(mut counts: Vec<(&'static str, usize)>) -> Vec<(&'static str, usize)> {
+    counts.sort_by_key(|(_, n)| Reverse(*n));
+    counts
+}
+
+fn row(spot: &Spot) -> Value {
+    let (latitude, longitude) = (spot.latitude, spot.longitude);
+    let place =
+        format!("mlat={latitude:.6}&mlon={longitude:.6}#map=19/{latitude:.6}/{longitude:.6}");
+    let flags = spot.flags.join("; ");
     context! {
-        reason => s.text,
-        signals => s.signals,
-        share => percent(share(s.signals, q.signals)),
-        examples => s.examples.iter().map(example).collect::<Vec<_>>(),
+        id => spot.id.as_str(),
+        streets => streets(spot),
+        link => format!("{OPENSTREETMAP}/?{place}"),
+        arms => spot.arms,
+        known => percent(spot.known),
+        flags => if flags.is_empty() { "\u{2013}".to_owned() } else { flags },
     }
 }
 
-fn provenance(q: &Quality) -> Vec<Value> {
-    let row = |p: &Provenance| {
-        context! {
-            feature => p.feature.replace('_', " "),
-            shares => [p.tagged, p.spread, p.imputed, p.default].map(percent).to_vec(),
-        }
-    };
-    q.provenance.iter().map(row).collect()
-}
-
-fn features(q: &Quality) -> Vec<Value> {
-    let row = |d: &Distribution| {
-        let mut sorted = d.values.clone();
-        sorted.sort_by(f64::total_cmp);
-        let at = |share| match sorted.is_empty() {
-            true => "\u{2013}".to_owned(),
-            false => format::score(quantile(&sorted, share)),
-        };
-        context! {
-            name => format::words(&d.name, &d.unit),
-            unit => d.unit.as_str(),
-            mean => format::score(d.mean),
-            sd => format::score(d.sd),
-            range => [at(0.0), at(0.5), at(1.0)].to_vec(),
-            bin => format::feature(d.bin),
-        }
-    };
-    q.features.iter().map(row).collect()
-}
-
-fn counts(c: &CountsSummary) -> Value {
-    context! {
-        field => c.field.as_str(),
-        counts => c.counts,
-        approaches => c.approaches,
-        matched => c.matched,
-        share => percent(share(c.matched, c.approaches)),
-        spread => c.spread,
-        spread_share => percent(share(c.spread, c.approaches)),
-        spread_m => format::feature(c.spread_m),
-        skipped => c.skipped.iter().map(|(reason, o)| oddity(reason, o)).collect::<Vec<_>>(),
-    }
-}
-
-fn oddity(reason: &str, oddity: &Oddity) -> Value {
-    let link = link(&oddity.example);
-    context! { reason, count => oddity.count, example => oddity.example.as_str(), link }
+fn streets(spot: &Spot) -> &str {
+    if spot.streets.is_empty() { "streets without a name" } else { &spot.streets }
 }
 
 /// Returns the address of an element that an example starts with, such as `way 17, lanes=many`.

@@ -8,11 +8,10 @@ use crate::map_view::{MapFrame, MapView, scale_bar};
 use evaluation::report::WIDTH;
 use evaluation::report::svg::{Anchor, Canvas, MUTED, TextStyle};
 use evaluation::report::{format, palette};
-use signals::city::drawing::Drawing;
-use signals::city::quality::Quality;
-use signals::city::spots::Spot;
-use signals::city::surroundings::rank;
+use signals::city::quality::{Quality, Spot};
+use signals::city::surroundings::Drawing;
 
+use super::streets;
 use super::text::percent;
 
 /// Largest height of the map itself, with many and with few intersections, pixels.
@@ -57,8 +56,8 @@ pub(super) fn map(q: &Quality, drawing: &Drawing) -> Option<String> {
     let bottom = frame.top_px + view.height;
     let mut canvas = Canvas::new(WIDTH, bottom + BELOW_PX);
     for (layer, (color, width)) in STREETS.into_iter().enumerate() {
-        let streets = drawing.streets.iter().filter(|s| rank(s.highway) == layer);
-        let d = view.path(streets.map(|street| street.places.iter().copied()));
+        let streets = drawing.streets.iter().filter(|(rank, _)| *rank == layer);
+        let d = view.path(streets.map(|(_, places)| places.iter().copied()));
         if !d.is_empty() {
             canvas.path(d, color, width, None);
         }
@@ -123,11 +122,7 @@ fn counts(q: &Quality) -> [usize; CLASSES.len()] {
 }
 
 fn tip(spot: &Spot) -> String {
-    let streets = match spot.streets.is_empty() {
-        true => "streets without a name".to_owned(),
-        false => spot.streets.join(" / "),
-    };
-    format!("{}: {streets}; {} arms; {} known", spot.id, spot.arms, percent(spot.known))
+    format!("{}: {}; {} arms; {} known", spot.id, streets(spot), spot.arms, percent(spot.known))
 }
 
 fn legend(canvas: &mut Canvas, q: &Quality, drawing: &Drawing) {

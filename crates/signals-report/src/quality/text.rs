@@ -4,8 +4,8 @@ use osm_signals::intersections::Skip;
 
 use crate::demand;
 use evaluation::report::format::{self, count};
-use signals::city::quality::{Provenance, Quality};
-use signals::city::reason::Reason;
+use signals::city::quality::{MATCHED, Provenance, Quality};
+use signals::city::sites::Reason;
 
 /// Share of the inflows that are defaults above which results say little about real traffic.
 const MANY_DEFAULTS: f64 = 0.5;
@@ -13,14 +13,8 @@ const MANY_DEFAULTS: f64 = 0.5;
 /// Share of the approaches above which cut ones are worth a warning.
 const MANY_CUT: f64 = 0.1;
 
-/// Share of the listed signals above which unmatched ones are worth a warning.
-const MANY_UNMATCHED: f64 = 0.2;
-
-/// Share of the signals above which those that are no intersection are worth a warning.
-const MANY_SKIPPED: f64 = 0.2;
-
-/// Share of approaches from which on a feature counts as known.
-const KNOWN: f64 = 0.95;
+/// Share of the signals above which those that are no intersection, or not on the map, are worth a warning.
+const MANY_LOST: f64 = 0.2;
 
 /// Returns a share as per cent; less than all is never "100%".
 pub(super) fn percent(share: f64) -> String {
@@ -32,14 +26,15 @@ pub(super) fn share(part: usize, whole: usize) -> f64 {
     part as f64 / whole.max(1) as f64
 }
 
-/// Returns how many rows of the signal list have an intersection.
-pub(super) fn matched(q: &Quality) -> usize {
-    q.listed.iter().filter(|row| row.intersection.is_some()).count()
+/// Returns how many signals the list has, how many of them have an intersection and how many of these no signal on the map.
+fn listed(q: &Quality) -> (usize, usize, usize) {
+    let [mapped, unmapped] = MATCHED.map(|outcome| q.listed.get(outcome).copied().unwrap_or(0));
+    (q.listed.values().sum(), mapped + unmapped, unmapped)
 }
 
 /// Returns the title: what came from how many signals.
 pub(super) fn headline(q: &Quality) -> String {
-    let from = match q.listed.len() {
+    let from = match listed(q).0 {
         0 => count(q.signals, "signal"),
         rows => count(rows, "listed signal"),
     };
@@ -48,57 +43,46 @@ pub(super) fn headline(q: &Quality) -> String {
     format!("{intersections} and {points} from {from}")
 }
 
-/// Returns the summary: how many signals are used, how much is known, what is weakest.
+/// Returns the summary: how many signals are used, what demand rests on, what is weakest.
 pub(super) fn sentences(q: &Quality) -> Vec<String> {
-    let mut sentences = vec![used(q)];
-    let features = q.provenance.len().max(1) as f64;
-    let mean =
-        |of: fn(&Provenance) -> f64| percent(q.provenance.iter().map(of).sum::<f64>() / features);
     let d = q.demand;
-    sentences.push(format!(
-        "Demand: {}; inflows: {}.",
-        demand::hour(d.hourly_share, d.directional_split, d.peak_heading_deg),
-        demand::sources(inflow_sources(q))
-    ));
-    let spread = match q.provenance.iter().map(|p| p.spread).sum::<f64>() {
-        0.0 => String::new(),
-        sum => format!("{} are counts from elsewhere on the street, ", percent(sum / features)),
-    };
-    sentences.push(format!(
-        "Of the lanes, turn lanes, speeds, lengths and inflows of {}, {} come from the data, \
-         {spread}{} are taken from other streets of the same class and {} are defaults.",
-        approaches(q.approaches),
-        mean(|p| p.tagged),
-        mean(|p| p.imputed),
-        mean(|p| p.default),
-    ));
+    let inflow = inflow(q).map(|p| [p.tagged, p.spread, p.imputed, p.default]);
+    let mut sentences = vec![
+        used(q),
+        format!(
+            "Demand: {}; inflows: {}.",
+            demand::hour(d.hourly_share, d.directional_split, d.peak_heading_deg),
+            demand::sources(inflow.unwrap_or_default())
+        ),
+    ];
     // Of equally weak features the last, inflow, is the one that a user can mend at once.
     let weakest =
         q.provenance.iter().rev().min_by(|a, b| {
             a.tagged.total_cmp(&b.tagged).then_with(|| b.default.total_cmp(&a.default))
         });
-    sentences.extend(weakest.map(|p| match p.tagged >= KNOWN {
-        true => {
-            format!("Every feature is known for at least {} of the approaches.", percent(KNOWN))
-        }
-        false => advice(p),
+    sentences.extend(weakest.map(|p| {
+        let help = match p.feature {
+            "inflow" => "give traffic counts of more streets with --aadt",
+            "length" => "give a larger extract",
+            _ => "complete the map, or set the defaults with --config",
+        };
+        let feature = p.feature.replace('_', " ");
+        format!(
+            "The weakest feature is {feature}, known for {} of the approaches: {help}.",
+            percent(p.tagged)
+        )
     }));
     sentences.push(format!("Traffic keeps to the {}.", q.driving_side));
     sentences
 }
 
-/// Returns what inflows rest on: counted, spread, from the class, default.
-fn inflow_sources(q: &Quality) -> [f64; 4] {
-    let inflow = q.provenance.iter().find(|p| p.feature == "inflow");
-    inflow.map_or([0.0; 4], |p| [p.tagged, p.spread, p.imputed, p.default])
-}
-
-fn approaches(n: usize) -> String {
-    if n == 1 { "1 approach".to_owned() } else { format!("{n} approaches") }
+fn inflow(q: &Quality) -> Option<&Provenance> {
+    q.provenance.iter().find(|p| p.feature == "inflow")
 }
 
 fn used(q: &Quality) -> String {
-    if q.listed.is_empty() {
+    let (rows, matched, unmapped) = listed(q);
+    if rows == 0 {
         return format!(
             "{} of {} in the extract ({}) belong to an intersection of the family.",
             q.signals_used,
@@ -106,53 +90,25 @@ fn used(q: &Quality) -> String {
             percent(share(q.signals_used, q.signals)),
         );
     }
-    let matched = matched(q);
-    let unmapped = q.listed.iter().filter(|r| r.intersection.is_some() && !r.on_map).count();
-    let mut text = format!(
-        "{matched} of {} ({}) have an intersection in the extract",
-        count(q.listed.len(), "listed signal"),
-        percent(share(matched, q.listed.len())),
-    );
-    if unmapped > 0 {
-        text.push_str(&format!("; at {unmapped} of them the map has no signal"));
-    }
-    text + "."
-}
-
-/// Says what the values of the weakest feature rest on, and what improves them.
-fn advice(p: &Provenance) -> String {
-    let help = match p.feature {
-        "inflow" => "give traffic counts of more streets with --aadt",
-        "length" => "give a larger extract",
-        _ => "complete the map, or set the defaults with --config",
+    let without = match unmapped {
+        0 => String::new(),
+        n => format!("; at {n} of them the map has no signal"),
     };
     format!(
-        "The weakest feature is {}: {} of the approaches have none of their own, so {} get one of another block of their \
-         street, {} the usual one of their class and {} a default; {help}.",
-        p.feature.replace('_', " "),
-        percent(1.0 - p.tagged),
-        percent(p.spread),
-        percent(p.imputed),
-        percent(p.default)
+        "{matched} of {} ({}) have an intersection in the extract{without}.",
+        count(rows, "listed signal"),
+        percent(share(matched, rows)),
     )
 }
 
 /// Returns what a reader must know before using the family.
 pub(super) fn warnings(q: &Quality) -> Vec<String> {
     let mut warnings = Vec::new();
-    let inflow = q.provenance.iter().find(|p| p.feature == "inflow");
-    if let Some(p) = inflow.filter(|p| p.default > MANY_DEFAULTS) {
+    if let Some(p) = inflow(q).filter(|p| p.default > MANY_DEFAULTS) {
         warnings.push(format!(
             "Inflows are defaults on {} of the approaches: what is measured on this family holds \
              for these streets, not for their real traffic.",
             percent(p.default)
-        ));
-    }
-    if let Some(c) = q.counts.as_ref().filter(|c| c.matched + c.spread == 0) {
-        warnings.push(format!(
-            "None of the {} matches an approach: the file is of another area, or its coordinates \
-             are not WGS 84.",
-            count(c.counts, "count")
         ));
     }
     let cut = share(q.cut_approaches, q.approaches);
@@ -165,22 +121,19 @@ pub(super) fn warnings(q: &Quality) -> Vec<String> {
             percent(cut)
         ));
     }
-    let unmatched = q.listed.len() - matched(q);
-    if share(unmatched, q.listed.len()) > MANY_UNMATCHED {
-        warnings.push(format!(
-            "{unmatched} of {} have no intersection ({}): see the reasons below; check whether \
-             the list is of this area.",
-            count(q.listed.len(), "listed signal"),
-            percent(share(unmatched, q.listed.len()))
-        ));
-    }
-    let lost: usize = q.skipped.iter().filter(|s| !chosen(s.reason)).map(|s| s.signals).sum();
-    if q.listed.is_empty() && share(lost, q.signals_used + lost) > MANY_SKIPPED {
+    // Not those that are left out because the user asked for others only.
+    let chosen = |reason| matches!(reason, Reason::Map(Skip::OutsideBoundary | Skip::NotListed));
+    let skipped: usize = q.skipped.iter().filter(|s| !chosen(s.reason)).map(|s| s.signals).sum();
+    let (lost, whole, what) = match listed(q) {
+        (0, ..) => (skipped, q.signals_used + skipped, "signal"),
+        (rows, matched, _) => (rows - matched, rows, "listed signal"),
+    };
+    if share(lost, whole) > MANY_LOST {
         warnings.push(format!(
             "{lost} of {} became no intersection ({}): see the reasons below before taking the \
              family for the whole area.",
-            count(q.signals_used + lost, "signal"),
-            percent(share(lost, q.signals_used + lost))
+            count(whole, what),
+            percent(share(lost, whole))
         ));
     }
     if q.point_mdps == 1 {
@@ -190,11 +143,6 @@ pub(super) fn warnings(q: &Quality) -> Vec<String> {
         );
     }
     warnings
-}
-
-/// Returns whether signals are left out because the user asked for others only.
-fn chosen(reason: Reason) -> bool {
-    matches!(reason, Reason::Map(Skip::OutsideBoundary | Skip::NotListed))
 }
 
 #[cfg(test)]

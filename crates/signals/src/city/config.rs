@@ -1,22 +1,25 @@
 //! Settings of `build-networks --osm`: a TOML file of which every field has a default.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
+use osm_signals::Settings;
 use osm_signals::counts::CountSettings;
 use osm_signals::error::shortened;
-use osm_signals::settings::{IntersectionSettings, StreetSettings, TrafficSettings};
+use osm_signals::settings::{IntersectionSettings, StreetSettings};
 use osm_signals::signals::SignalColumns;
-use osm_signals::tags::Highway;
-use osm_signals::{Settings, file};
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
 use super::error::CityError;
 use crate::settings::{EVEN_SPLIT, NORTH_EAST_DEG};
+use basics::files::{self, limits};
 use evaluation::settings::within;
 
 /// Most characters of what the parser says, which quotes whole lines.
 const PARSER_CHARS: usize = 500;
+
+/// Settings of the design hour, which the section `[traffic]` has beside those of `osm_signals`.
+const OF_HOUR: [&str; 3] = ["hourly_share", "directional_split", "peak_heading_deg"];
 
 /// Everything that decides how an extract becomes a family.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -27,11 +30,12 @@ pub struct CityConfig {
     pub hour: DesignHour,
     /// Settings for the scenario that is written: the tables of a scenario file, such as
     /// `[scenario.family]` with `hourly_share`.
-    pub scenario: toml::Table,
+    pub scenario: Table,
 }
 
 /// Which hour of the day is simulated; written to the scenario.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct DesignHour {
     /// Share of the day's traffic in it (the factor K).
     ///
@@ -60,52 +64,9 @@ struct Sections {
     intersections: IntersectionSettings,
     signals: SignalColumns,
     counts: CountSettings,
-    traffic: TrafficSection,
-    scenario: toml::Table,
-}
-
-/// The section `[traffic]`: how much traffic arms carry, and the design hour.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct TrafficSection {
-    both_directions: bool,
-    default_aadt_per_lane: BTreeMap<Highway, f64>,
-    hourly_share: f64,
-    directional_split: f64,
-    peak_heading_deg: f64,
-}
-
-impl Default for TrafficSection {
-    fn default() -> Self {
-        let TrafficSettings { both_directions, default_aadt_per_lane } = TrafficSettings::default();
-        let DesignHour { hourly_share, directional_split, peak_heading_deg } =
-            DesignHour::default();
-        Self {
-            both_directions,
-            default_aadt_per_lane,
-            hourly_share,
-            directional_split,
-            peak_heading_deg,
-        }
-    }
-}
-
-impl From<Sections> for CityConfig {
-    fn from(sections: Sections) -> Self {
-        let Sections { streets, intersections, signals, counts, traffic: section, scenario } =
-            sections;
-        let traffic = TrafficSettings {
-            both_directions: section.both_directions,
-            default_aadt_per_lane: section.default_aadt_per_lane,
-        };
-        let hour = DesignHour {
-            hourly_share: section.hourly_share,
-            directional_split: section.directional_split,
-            peak_heading_deg: section.peak_heading_deg,
-        };
-        let settings = Settings { streets, intersections, signals, counts, traffic };
-        Self { settings: settings.completed(), hour, scenario }
-    }
+    /// [`TrafficSettings`] and [`DesignHour`].
+    traffic: Table,
+    scenario: Table,
 }
 
 impl CityConfig {
@@ -113,51 +74,43 @@ impl CityConfig {
     ///
     /// # Errors
     ///
-    /// [`CityError::Input`] if it cannot be read, [`CityError::Settings`] naming line or field.
+    /// [`CityError::Io`] if it cannot be read, [`CityError::Unfit`] naming line or field.
     pub fn read(path: &Path) -> Result<Self, CityError> {
-        let bytes = file::bytes(path)?;
-        let at = |place: &str, reason: String| CityError::Settings {
-            path: path.to_path_buf(),
-            place: place.to_owned(),
-            reason,
-        };
-        let text = String::from_utf8(bytes)
-            .map_err(|_| at("text", "not UTF-8; save the file as UTF-8".to_owned()))?;
-        let sections = toml::from_str::<Sections>(&text);
-        let config = Self::from(sections.map_err(|e| at("settings", parser_message(&e)))?);
-        config.settings.check().map_err(|e| at(&e.setting, e.reason.clone()))?;
-        config.hour.check().map_err(|(field, reason)| at(field, reason))?;
+        let text = files::read_text(path, limits::DOCUMENT)?;
+        let config = Self::parse(&text).map_err(|e| {
+            CityError::unfit(path, shortened(e.to_string().trim_end(), PARSER_CHARS))
+        })?;
+        let checked = config.settings.check().map_err(|e| format!("{}: {}", e.setting, e.reason));
+        checked.and_then(|()| config.hour.check()).map_err(|e| CityError::unfit(path, e))?;
         Ok(config)
+    }
+
+    fn parse(text: &str) -> Result<Self, toml::de::Error> {
+        let Sections { streets, intersections, signals, counts, mut traffic, scenario } =
+            toml::from_str(text)?;
+        let hour: Table =
+            OF_HOUR.into_iter().filter_map(|field| traffic.remove_entry(field)).collect();
+        let traffic = traffic.try_into()?;
+        let settings = Settings { streets, intersections, signals, counts, traffic };
+        Ok(Self { settings: settings.completed(), hour: hour.try_into()?, scenario })
     }
 }
 
 impl DesignHour {
-    /// Returns the first field that is out of range and why.
-    fn check(&self) -> Result<(), (&'static str, String)> {
-        for (field, value, low, high) in [
-            ("traffic.hourly_share", self.hourly_share, 1e-6, 1.0),
-            ("traffic.directional_split", self.directional_split, EVEN_SPLIT, 1.0),
-            ("traffic.peak_heading_deg", self.peak_heading_deg, 0.0, 360.0),
-        ] {
-            within(value, low, high).map_err(|expected| (field, format!("{value}: {expected}")))?;
+    fn check(&self) -> Result<(), String> {
+        let values = [self.hourly_share, self.directional_split, self.peak_heading_deg];
+        let ranges = [(1e-6, 1.0), (EVEN_SPLIT, 1.0), (0.0, 360.0)];
+        for ((field, value), (low, high)) in OF_HOUR.into_iter().zip(values).zip(ranges) {
+            within(value, low, high).map_err(|e| format!("traffic.{field}: {value}: {e}"))?;
         }
         Ok(())
     }
 }
 
-/// Returns what the parser says; without the line that it quotes if that is long.
-fn parser_message(error: &toml::de::Error) -> String {
-    let full = error.to_string();
-    if full.chars().nth(PARSER_CHARS).is_none() {
-        return full.trim_end().to_owned();
-    }
-    let place = full.lines().next().unwrap_or_default();
-    shortened(&format!("{place}: {}", error.message()), PARSER_CHARS)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use osm_signals::tags::Highway;
 
     fn config(text: &str) -> Result<CityConfig, CityError> {
         let file = tempfile::NamedTempFile::new().unwrap();
@@ -166,14 +119,9 @@ mod tests {
     }
 
     #[test]
-    fn the_commented_file_has_the_defaults() {
+    fn the_commented_file_has_the_defaults_and_classes_that_a_file_leaves_out_keep_theirs() {
         let text = include_str!("../../../../scenarios/openstreetmap.toml");
         assert_eq!(config(text).unwrap(), CityConfig::default());
-        assert_eq!(config("").unwrap(), CityConfig::default());
-    }
-
-    #[test]
-    fn classes_that_a_file_leaves_out_keep_their_defaults() {
         let config = config("[streets.default_lanes]\nprimary = 3\n").unwrap();
         assert_eq!(config.settings.streets.default_lanes[&Highway::Primary], 3);
         assert_eq!(config.settings.streets.default_lanes[&Highway::Trunk], 2);

@@ -8,10 +8,10 @@ use toml::{Table, Value};
 
 use super::error::CityError;
 use super::folder::{
-    APPROACHES_FILE, EXISTING_FILE, SCENARIO_FILE, networks_folder, scenario_name, write_sources,
+    self, APPROACHES_FILE, EXISTING_FILE, InputFile, SCENARIO_FILE, networks_folder, scenario_name,
+    write_sources,
 };
-use super::input::input_file;
-use super::surroundings::{INTERSECTIONS_FILE, STREETS_FILE};
+use super::surroundings::SURROUNDINGS;
 use crate::existing::{self, Plans};
 use crate::family::approaches::{Approach, to_csv};
 use crate::family::doubts::Doubt;
@@ -68,7 +68,7 @@ pub struct CountedScenario {
 pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityError> {
     let CountedRequest { uncounted, out, .. } = *request;
     if !request.force {
-        super::folder::check(out)?;
+        folder::check(out)?;
     }
     let joined = match request.files {
         [] => Joined::of(&uncounted.intersections),
@@ -104,9 +104,9 @@ pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityErro
     let counts = request.files.iter().map(|path| ("turning-counts", path));
     let files = request.sources.iter().map(|(role, path)| (*role, path)).chain(counts);
     let inputs: Vec<_> =
-        files.map(|(role, path)| input_file(role, path)).collect::<Result<_, _>>()?;
+        files.map(|(role, path)| InputFile::read(role, path)).collect::<Result<_, _>>()?;
     write_sources(out, &inputs, &written)?;
-    for name in [INTERSECTIONS_FILE, STREETS_FILE] {
+    for name in SURROUNDINGS {
         let Some(folder) = request.folder.filter(|folder| folder.join(name).is_file()) else {
             continue;
         };

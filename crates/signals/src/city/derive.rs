@@ -3,9 +3,8 @@
 //! # Examples
 //!
 //! ```no_run
-//! use tsc_family_signals::city::derive::{Event, derive};
-//! use tsc_family_signals::city::input::Request;
-//!
+//! use tsc_family_signals::city::derive::{Event, Request, derive};
+//! //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let request = Request::new("my-city.osm.pbf", "networks/my-city");
 //! let derived = derive(&request, &|event| {
@@ -22,59 +21,160 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
 
-use osm_signals::Survey;
+use geo::Rect;
 use osm_signals::intersections::Skip;
+use osm_signals::{Boundary, Counts, DrivingSide, Extract, Inputs, SignalList, Survey, read};
 
-use super::drawing::Drawing;
+use super::config::CityConfig;
 use super::error::CityError;
-use super::facts::family_facts;
-use super::folder::{APPROACHES_FILE, SCENARIO_FILE, networks_folder};
-use super::input::{Input, Request};
+use super::folder::{self, APPROACHES_FILE, InputFile, SCENARIO_FILE, networks_folder};
 use super::quality::{Quality, quality};
-use super::reason::Reason;
-use super::scenario::scenario_text;
-use super::sites::City;
-use super::surroundings::write_streets;
-use super::table;
-use super::write::{write_family, write_geojson, write_matches};
+use super::sites::{City, Reason};
+use super::surroundings::Drawing;
+use super::write::{scenario_text, write_family, write_geojson, write_matches};
 use crate::family::approaches::{gathered, to_csv};
 use crate::family::load::{LoadedScenario, from_text};
 use crate::network::build::one_green;
 use crate::network::build::{BuildOptions, BuildSummary, build_all};
 use crate::network::intersection::{IntersectionSpec, intersections};
 use crate::settings::Detail;
-use basics::files::{beneath, write_atomically};
+use crate::turning::{Period, TurningCounts};
+use basics::files::{FileError, beneath, write_atomically};
 use basics::hash::sha256;
+use evaluation::settings::overrides::Override;
+
+/// What a city is derived from.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Request {
+    /// Extract of OpenStreetMap.
+    pub extract: PathBuf,
+    /// Table of the signals that count; `None` for those of the map.
+    pub signals: Option<PathBuf>,
+    /// Rows of that table that count, as [`keep`](osm_signals::signals::SignalColumns::keep); added to those of the settings.
+    pub signals_where: Vec<String>,
+    /// Traffic counts; `None` for values by class of street.
+    pub counts: Option<PathBuf>,
+    /// Turning counts.
+    pub turning_counts: Vec<PathBuf>,
+    /// Layout of the turning counts, instead of those that are known.
+    pub counts_layout: Option<PathBuf>,
+    /// Periods of the day whose busiest hours are simulated; none for the busiest hour of all turning counts.
+    pub periods: Vec<Period>,
+    /// GeoJSON file or `WEST,SOUTH,EAST,NORTH` in degrees: only intersections within.
+    pub boundary: Option<String>,
+    /// Settings of the derivation, TOML.
+    pub config: Option<PathBuf>,
+    /// Side of the street that traffic keeps to; `None` as the settings say.
+    pub driving_side: Option<DrivingSide>,
+    /// Six features per intersection, or its real arms, which it has by default.
+    pub detail: Option<Detail>,
+    /// Settings of the scenario; the last of several values of one counts.
+    pub overrides: Vec<Override>,
+    /// Folder to write to.
+    pub out: PathBuf,
+    /// Whether what is there is replaced, also where it was edited, and all networks are built again.
+    pub force: bool,
+}
+
+impl Request {
+    /// Returns the request for an extract, without anything that says more of its city.
+    pub fn new(extract: impl Into<PathBuf>, out: impl Into<PathBuf>) -> Self {
+        Self { extract: extract.into(), out: out.into(), ..Self::default() }
+    }
+
+    /// Returns where an extract's city is written by default.
+    pub fn default_out(extract: &Path) -> PathBuf {
+        Path::new("networks").join(folder::stem(extract))
+    }
+
+    fn files(&self) -> Result<Vec<InputFile>, FileError> {
+        let boundary = self.boundary.as_ref().map(PathBuf::from).filter(|p| p.is_file());
+        let files = [
+            ("extract", Some(&self.extract)),
+            ("signals", self.signals.as_ref()),
+            ("aadt", self.counts.as_ref()),
+            ("boundary", boundary.as_ref()),
+            ("config", self.config.as_ref()),
+            ("counts-layout", self.counts_layout.as_ref()),
+        ];
+        let files = files.into_iter().filter_map(|(role, path)| path.map(|path| (role, path)));
+        let turning = self.turning_counts.iter().map(|path| ("turning-counts", path));
+        files.chain(turning).map(|(role, path)| InputFile::read(role, path)).collect()
+    }
+}
+
+/// Everything that was read.
+struct Input {
+    config: CityConfig,
+    signals: Option<SignalList>,
+    counts: Option<Counts>,
+    boundary: Option<Boundary>,
+    side: DrivingSide,
+    extract: Extract,
+    turning: Option<TurningCounts>,
+}
+
+impl Input {
+    /// Reads the small files first, so that a mistake in one is known before the extract is read.
+    fn read(request: &Request, progress: &(dyn Fn(u64, u64) + Sync)) -> Result<Self, CityError> {
+        if !request.force {
+            folder::check(&request.out)?;
+        }
+        let config = request.config.as_deref().map(CityConfig::read).transpose()?;
+        let config = config.unwrap_or_default();
+        let settings = &config.settings;
+        scenario_text(request, &config, (None, None))?;
+        let boundary = request.boundary.as_deref().map(Boundary::parse).transpose()?;
+        let mut columns = settings.signals.clone();
+        columns.keep.extend(request.signals_where.iter().cloned());
+        let signals = request.signals.as_deref();
+        let signals = signals.map(|p| SignalList::read(p, &columns)).transpose()?;
+        let counts = request.counts.as_deref();
+        let counts = counts.map(|p| Counts::read(p, &settings.counts)).transpose()?;
+        let turning = (!request.turning_counts.is_empty())
+            .then(|| TurningCounts::read(&request.turning_counts, request.counts_layout.as_deref()))
+            .transpose()?;
+        let mut extract = read(&request.extract, progress)?;
+        let said = request.driving_side.or(settings.streets.driving_side);
+        let side = DrivingSide::of(&extract, said).ok_or_else(|| {
+            let reason = "there are countries of left-hand and of right-hand traffic in this region; give \
+                          --driving-side left or right";
+            CityError::unfit(&request.extract, reason)
+        })?;
+        extract.ways.retain(|way| settings.streets.is_street(way.street.highway));
+        Ok(Self { config, signals, counts, boundary, side, extract, turning })
+    }
+
+    fn survey(&self) -> Survey {
+        let inputs = Inputs {
+            signals: self.signals.as_ref(),
+            counts: self.counts.as_ref(),
+            boundary: self.boundary.as_ref(),
+            driving_side: self.side,
+        };
+        Survey::new(&self.extract, &self.config.settings, &inputs)
+    }
+}
 
 /// What happens while a city is derived.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event<'a> {
-    /// The extract is being read: bytes that are done, and all of them; it is read twice.
-    Reading {
+    /// So much is done of something: bytes of the extract, which is read twice, or networks.
+    Progress {
+        /// What is counted; nothing for bytes.
+        what: Option<&'static str>,
         /// Done.
         done: u64,
         /// All.
         total: u64,
+        /// Point MDP whose network was built last.
+        point: &'a str,
     },
-    /// The extract has been read.
-    Read,
     /// Something that a user has to know.
     Warning(&'a str),
     /// What was found in files beside the extract.
     Found(&'a str),
-    /// Networks are being built.
-    Building {
-        /// Done.
-        done: u64,
-        /// All.
-        total: u64,
-        /// Point MDP whose network was built last; nothing at the start.
-        point: &'a str,
-    },
-    /// The networks have been built.
-    Built,
     /// Intersections are left out because no sound network can be built: the point MDP and why.
     LeftOut(&'a str),
 }
@@ -94,10 +194,6 @@ pub struct Derived {
     pub networks: PathBuf,
     /// How many networks were built; the others were up to date.
     pub built: usize,
-    /// Time that reading took.
-    pub read_in: Duration,
-    /// Time that it took to find intersections and traffic.
-    pub surveyed_in: Duration,
 }
 
 /// Derives the family of a city and builds its networks; [`Derived::write`] writes the rest.
@@ -113,70 +209,64 @@ pub fn derive(
     request: &Request,
     events: &(dyn Fn(Event<'_>) + Sync),
 ) -> Result<Derived, CityError> {
-    let start = Instant::now();
-    let input = Input::read(request, &|done, total| events(Event::Reading { done, total }));
-    events(Event::Read);
-    let input = input?;
-    let read_in = start.elapsed();
+    let input = Input::read(request, &|done, total| {
+        events(Event::Progress { what: None, done, total, point: "" });
+    })?;
+    let warn = |text: String| events(Event::Warning(&text));
     if let (Some(path), Some(list)) = (&request.signals, &input.signals) {
-        let said = list.doubts.iter().map(|doubt| format!("{}: {doubt}", path.display()));
-        said.for_each(|text| events(Event::Warning(&text)));
+        list.doubts.iter().for_each(|doubt| warn(format!("{}: {doubt}", path.display())));
         if list.left_out > 0 {
-            let text = format!(
-                "{}: {} rows are not as asked for and left out",
-                path.display(),
-                list.left_out
-            );
-            events(Event::Warning(&text));
+            let rows = format!("{} rows are not as asked for and left out", list.left_out);
+            warn(format!("{}: {rows}", path.display()));
         }
     }
-    let survey = Survey::new(&input.extract, &input.config.settings, &input.inputs());
+    let survey = input.survey();
     check(request, &input, &survey)?;
     let mut city = City::new(survey, input.side);
-    let surveyed_in = start.elapsed() - read_in;
     let (loaded, networks, built) = with_networks(request, &input, &mut city, events)?;
-    for doubt in &loaded.doubts {
-        events(Event::Warning(&format!("{APPROACHES_FILE}: {}", doubt.brief())));
-    }
-    if let Some(doubt) = city.survey().count_doubt() {
-        events(Event::Warning(&doubt));
-    }
+    loaded.doubts.iter().for_each(|d| warn(format!("{APPROACHES_FILE}: {}", d.brief())));
+    city.survey().count_doubt().into_iter().for_each(warn);
     let written = tables(&loaded).map(|(name, text)| (name.to_owned(), sha256(text.as_bytes())));
     let quality = quality(
-        family_facts(&loaded),
+        &loaded,
         (request.files()?, written.into()),
         (&input.extract, input.config.settings.streets.time_of_day),
         &city,
-        input.counts.as_ref().map(|counts| (counts, input.config.settings.counts.spread_m)),
+        input.counts.as_ref(),
     );
     let drawing = Drawing::new(&input.extract, &city);
-    Ok(Derived { city, loaded, quality, drawing, networks, built, read_in, surveyed_in })
+    Ok(Derived { city, loaded, quality, drawing, networks, built })
 }
 
 /// Refuses counts and signal lists of another place.
 fn check(request: &Request, input: &Input, survey: &Survey) -> Result<(), CityError> {
-    let covered = survey.covered;
+    let elsewhere = |path: &Path, what: String, bounds: Rect<f64>, option: &str| {
+        let covered = survey
+            .covered
+            .map_or_else(String::new, |covered| format!(", the extract {}", extent(covered)));
+        let bounds = extent(bounds);
+        let reason = format!(
+            "none of its {what}; they cover {bounds}{covered}; give those of this city, or leave out {option}"
+        );
+        Err(CityError::unfit(path, reason))
+    };
     if let (Some(path), Some(counts), false) = (&request.counts, &input.counts, survey.is_counted())
     {
-        return Err(CityError::Elsewhere {
-            path: path.clone(),
-            what: format!("{} counts lies along a street of an intersection", counts.count),
-            option: "--aadt",
-            bounds: Box::new(counts.bounds),
-            covered,
-        });
+        let what = format!("{} counts lies along a street of an intersection", counts.count);
+        return elsewhere(path, what, counts.bounds, "--aadt");
     }
     let nowhere = survey.found.intersections.is_empty() && !survey.found.skipped.is_empty();
     if let (Some(path), Some(list), true) = (&request.signals, &input.signals, nowhere) {
-        return Err(CityError::Elsewhere {
-            path: path.clone(),
-            what: format!("{} signals is at an intersection of the extract", list.signals.len()),
-            option: "--signals",
-            bounds: Box::new(list.bounds()),
-            covered,
-        });
+        let what = format!("{} signals is at an intersection of the extract", list.signals.len());
+        return elsewhere(path, what, list.bounds(), "--signals");
     }
     Ok(())
+}
+
+/// Says where a box lies whose x is the longitude and y the latitude, degrees.
+fn extent(bounds: Rect<f64>) -> String {
+    let (low, high) = (bounds.min(), bounds.max());
+    format!("longitudes {:.3} to {:.3} and latitudes {:.3} to {:.3}", low.x, high.x, low.y, high.y)
 }
 
 /// Builds the networks of a city, leaves out the intersections for which that fails or which have nothing to
@@ -189,15 +279,16 @@ fn with_networks(
 ) -> Result<(LoadedScenario, PathBuf, usize), CityError> {
     let mut built = 0;
     loop {
-        let settings = &input.config.settings.intersections;
-        let mut rows = table::approaches(city, settings);
-        table::check(&rows, city, &culprit(request, city))?;
+        let mut rows = city.approaches(&input.config.settings.intersections);
+        if rows.is_empty() {
+            return Err(no_intersection(request, city));
+        }
         let mut joined = None;
         if let Some(counts) = &input.turning {
-            let with_counts =
+            let mut with_counts =
                 counts.into_approaches(&gathered(rows), &request.periods, city.side)?;
             city.count_by_turn(&with_counts.counted);
-            rows = with_counts.approaches.clone();
+            rows = std::mem::take(&mut with_counts.approaches);
             joined = Some(with_counts);
         }
         let table = to_csv(&rows);
@@ -213,9 +304,7 @@ fn with_networks(
         built += summary.built;
         if !summary.failed.is_empty() {
             // The family is derived again without them.
-            for (_, reason) in &summary.failed {
-                events(Event::LeftOut(reason));
-            }
+            summary.failed.iter().for_each(|(_, reason)| events(Event::LeftOut(reason)));
             city.leave_out(members(&loaded, &summary.failed));
             continue;
         }
@@ -225,11 +314,9 @@ fn with_networks(
                 continue;
             }
         }
-        for text in joined.iter().flat_map(|joined| &joined.found) {
-            events(Event::Found(text));
-        }
-        for doubt in joined.iter().flat_map(|joined| &joined.doubts) {
-            events(Event::Warning(&doubt.brief()));
+        if let Some(joined) = &joined {
+            joined.found.iter().for_each(|text| events(Event::Found(text)));
+            joined.doubts.iter().for_each(|doubt| events(Event::Warning(&doubt.brief())));
         }
         return Ok((loaded, folder, built));
     }
@@ -243,27 +330,41 @@ fn build(
     events: &(dyn Fn(Event<'_>) + Sync),
 ) -> Result<BuildSummary, CityError> {
     let (total, done) = (specs.len() as u64, AtomicU64::new(0));
-    events(Event::Building { done: 0, total, point: "" });
+    let progress =
+        |done, point: &str| events(Event::Progress { what: Some("networks"), done, total, point });
+    progress(0, "");
     let scenario = &loaded.scenario;
     let (network, demand, signal) = (&scenario.network, &scenario.demand, &scenario.signal);
     let options = BuildOptions { force, leave_out: true };
-    let summary = build_all(specs, network, demand, signal, folder, options, &|point| {
-        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        events(Event::Building { done, total, point });
-    });
-    events(Event::Built);
-    Ok(summary?)
+    Ok(build_all(specs, network, demand, signal, folder, options, &|point| {
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, point);
+    })?)
 }
 
-/// Returns the file that is to blame when there is no intersection.
-fn culprit(request: &Request, city: &City) -> PathBuf {
-    let file = match city.skips().first() {
-        Some((Reason::Map(Skip::OutsideBoundary), _)) => {
-            request.boundary.as_ref().map(PathBuf::from)
+/// Returns why no signal became an intersection, with the file that is to blame.
+fn no_intersection(request: &Request, city: &City) -> CityError {
+    let reasons = city.skips();
+    let mut file = &request.extract;
+    let boundary = request.boundary.as_ref().map(PathBuf::from);
+    let mut way_out = "see which nodes have highway=traffic_signals, and whether the extract reaches some hundred metres \
+                       beyond them"
+        .to_owned();
+    match reasons.first() {
+        None => {
+            let reason = "no signal (highway=traffic_signals) on a drivable street; give a larger extract, or list the \
+                          signals with --signals";
+            return CityError::unfit(file, reason);
         }
-        _ => None,
-    };
-    file.unwrap_or_else(|| request.extract.clone())
+        Some((Reason::Map(Skip::OutsideBoundary), _)) => {
+            file = boundary.as_ref().unwrap_or(file);
+            let covered = city.survey().covered.map_or_else(String::new, extent);
+            way_out = format!("give another --boundary: the extract covers {covered}");
+        }
+        Some(_) => {}
+    }
+    let counts: Vec<String> = reasons.iter().map(|(r, n)| format!("{n} {}", r.words())).collect();
+    let counts = counts.join(", ");
+    CityError::unfit(file, format!("no signalised intersection; signals: {counts}; {way_out}"))
 }
 
 /// Returns the intersections of point MDPs with what is said of these.
@@ -296,8 +397,8 @@ impl Derived {
         write_family(folder, &self.loaded.family)?;
         write_geojson(folder, &self.city, &self.quality, &self.loaded)?;
         if !self.quality.listed.is_empty() {
-            write_matches(folder, &self.quality.listed)?;
+            write_matches(folder, &self.city)?;
         }
-        write_streets(folder, &self.drawing)
+        Ok(self.drawing.write(folder)?)
     }
 }

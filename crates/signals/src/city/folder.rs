@@ -2,30 +2,43 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+
 use super::error::CityError;
-use super::quality::InputFile;
 use crate::family::load::LoadedScenario;
 use crate::settings::Preset;
 use basics::files::{self, FileError, limits, write_atomically};
 use basics::hash::{sha256, sha256_file};
 
 /// Name of the scenario file within a city's folder.
-pub const SCENARIO_FILE: &str = "scenario.toml";
+pub(super) const SCENARIO_FILE: &str = "scenario.toml";
 
 /// Name of the table of approaches within a city's folder.
 pub const APPROACHES_FILE: &str = "approaches.csv";
 
 /// Name of the table of existing plans within a city's folder.
-pub const EXISTING_FILE: &str = "existing.csv";
+pub(super) const EXISTING_FILE: &str = "existing.csv";
 
-/// Name of the table of point MDPs within a city's folder.
-pub const FAMILY_FILE: &str = "family.csv";
+/// Name of the file that says what a scenario's folder without a map was made from.
+const SOURCES_FILE: &str = "sources.json";
 
-/// Name of the table of the rows of a signal list within a city's folder.
-pub const MATCHES_FILE: &str = "signal-list.csv";
+/// A file that went in.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct InputFile {
+    /// What it is: `extract`, `signals`, `aadt`, `boundary`, `config`.
+    pub role: &'static str,
+    /// Its name, without its folder.
+    pub name: String,
+    /// Hash of its bytes.
+    pub sha256: String,
+}
 
-/// Name of the file with all figures on the quality of a city.
-pub const QUALITY_FILE: &str = "quality.json";
+impl InputFile {
+    pub(super) fn read(role: &'static str, path: &Path) -> Result<Self, FileError> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self { role, name, sha256: sha256_file(path)? })
+    }
+}
 
 /// Returns the name of the folder of a city's networks, beside its scenario; with another preset than the
 /// default one of its own, because the default programs differ.
@@ -33,8 +46,7 @@ pub fn networks_folder(preset: Preset) -> String {
     of_preset("networks", preset)
 }
 
-/// Returns a name, with that of a preset behind it unless it is the default.
-pub fn of_preset(name: &str, preset: Preset) -> String {
+fn of_preset(name: &str, preset: Preset) -> String {
     match preset == Preset::default() {
         true => name.to_owned(),
         false => format!("{name}-{}", preset.name()),
@@ -56,9 +68,6 @@ pub fn default_folder(scenario: &str, loaded: &LoadedScenario) -> PathBuf {
     }
 }
 
-/// Name of the file that says what a scenario's folder without a map was made from.
-pub const SOURCES_FILE: &str = "sources.json";
-
 /// Writes what a folder was made from, and the hashes of what was written.
 pub(super) fn write_sources(
     out: &Path,
@@ -76,16 +85,17 @@ pub(super) fn write_sources(
 
 /// Refuses to overwrite tables in a folder that were not derived, or that were edited since.
 pub(super) fn check(out: &Path) -> Result<(), CityError> {
-    let read = |name: &str| -> serde_json::Value {
+    let known = ["quality.json", SOURCES_FILE].map(|name| -> serde_json::Value {
         let bytes = files::read(&out.join(name), limits::DOCUMENT).unwrap_or_default();
         serde_json::from_slice(&bytes).unwrap_or_default()
-    };
-    let (quality, sources) = (read(QUALITY_FILE), read(SOURCES_FILE));
+    });
     for name in [APPROACHES_FILE, SCENARIO_FILE, EXISTING_FILE] {
         let path = out.join(name);
-        let known = [&quality, &sources].map(|file| file["written"][name].clone());
+        let known = known.each_ref().map(|file| file["written"][name].clone());
         if path.exists() && !known.contains(&sha256_file(&path)?.into()) {
-            return Err(CityError::Edited { path });
+            let reason =
+                "not as this command wrote it; give another --out, or --force to replace it";
+            return Err(CityError::unfit(&path, reason));
         }
     }
     Ok(())
@@ -96,15 +106,17 @@ pub(super) fn stem(extract: &Path) -> String {
     let name = extract.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let endings = [".osm.pbf", ".osm.gz", ".pbf", ".osm", ".xml"];
     let stem = endings.iter().find_map(|ending| name.strip_suffix(ending)).unwrap_or(&name);
-    let stem: String = stem.chars().map(|c| if c.is_control() { '-' } else { c }).collect();
-    if stem.is_empty() { "city".to_owned() } else { stem }
+    named(stem, |c| !c.is_control())
 }
 
 /// Returns the name of the scenario in a folder.
 pub(super) fn scenario_name(out: &Path) -> String {
-    let name = out.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let safe = |c: char| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '-' };
-    let name: String = name.chars().map(safe).collect();
+    let name = out.file_name().unwrap_or_default().to_string_lossy();
+    named(&name, |c| c.is_ascii_alphanumeric() || "-_".contains(c))
+}
+
+fn named(name: &str, is_kept: fn(char) -> bool) -> String {
+    let name: String = name.chars().map(|c| if is_kept(c) { c } else { '-' }).collect();
     if name.is_empty() { "city".to_owned() } else { name }
 }
 

@@ -1,33 +1,21 @@
-//! How good a derived family is: what was found, what was not and why, and how much of it rests on
-//! the map rather than on assumptions.
+//! How good a derived family is: what was found, what was not and why, and how much of it rests on the map rather than
+//! on assumptions.
 
 use std::collections::BTreeMap;
 
-use osm_signals::listing::{ListMatch, RowNote};
-use osm_signals::oddities::{Oddities, Oddity};
+use osm_signals::oddities::Oddities;
 use osm_signals::streets::Source;
 use osm_signals::traffic::InflowSource;
 use osm_signals::{Arm, Counts, DrivingSide, Extract};
 use serde::Serialize;
 
 use super::config::DesignHour;
-use super::reason::Reason;
-use super::sites::City;
-use super::spots::{Spot, spots};
+use super::folder::InputFile;
+use super::sites::{City, Reason, Site};
+use crate::family::load::LoadedScenario;
 
 /// Examples of signals that are named per reason.
 const EXAMPLES: usize = 5;
-
-/// A file that went in.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct InputFile {
-    /// What it is: `extract`, `signals`, `aadt`, `boundary`, `config`.
-    pub role: &'static str,
-    /// Its name, without its folder.
-    pub name: String,
-    /// Hash of its bytes.
-    pub sha256: String,
-}
 
 /// Signals that are no intersection for one reason.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -57,104 +45,62 @@ pub struct Provenance {
     pub default: f64,
 }
 
-/// What became of one row of a signal list.
+/// One intersection on the map, in the table of the page and in `intersections.geojson`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ListedRow {
-    /// Id in the list.
+pub struct Spot {
+    /// Id of the intersection.
     pub id: String,
-    /// Line in the list, the first line being 1.
-    pub line: u64,
-    /// Latitude in the list, degrees.
+    /// Names of its streets.
+    pub streets: String,
+    /// Latitude, degrees.
     pub latitude: f64,
-    /// Longitude in the list, degrees.
+    /// Longitude, degrees.
     pub longitude: f64,
-    /// Id of its intersection, if it has one.
-    pub intersection: Option<String>,
-    /// Distance to it, or to that of the row that it repeats, metres.
-    pub distance_m: Option<f64>,
-    /// Whether the map has a signal there as well.
-    pub on_map: bool,
-    /// Why it has none, or why its intersection is not called like it.
-    pub reason: Option<&'static str>,
-    /// Line of the row that has the intersection that this row would have.
-    pub duplicate_of: Option<u64>,
+    /// Number of its arms.
+    pub arms: usize,
+    /// What the inflow of each approach rests on, clockwise from north.
+    pub inflow_sources: Vec<InflowSource>,
+    /// Number of signal nodes.
+    pub signals: usize,
+    /// Share of its lanes, speeds and inflows that are tagged or counted.
+    pub known: f64,
+    /// Distance to its place in the signal list, metres.
+    pub list_distance_m: Option<f64>,
+    /// Mean distance of the matched counts, metres.
+    pub count_distance_m: Option<f64>,
+    /// What is worth a look, in words.
+    pub flags: Vec<&'static str>,
 }
 
-impl ListedRow {
-    fn of((row, left_out): (&ListMatch, Option<Reason>)) -> Self {
-        let duplicate_of = match row.note {
-            Some(RowNote::Duplicate(line)) => Some(line),
-            _ => None,
-        };
+impl Spot {
+    fn of(site: &Site<'_>) -> Self {
+        let (i, traffic) = (site.found, site.traffic);
+        let approaches = || i.arms.iter().zip(traffic).filter(|(arm, _)| arm.lanes_in > 0);
+        let known: usize = approaches()
+            .map(|(arm, traffic)| {
+                let tagged = [arm.lanes_source, arm.speed_source].map(|s| s == Source::Tagged);
+                let counted = traffic.source == InflowSource::Counted;
+                tagged.into_iter().chain([counted]).filter(|known| *known).count()
+            })
+            .sum();
+        let counted = traffic.iter().filter(|t| t.source == InflowSource::Counted);
+        let distances: Vec<f64> =
+            counted.filter_map(|t| t.count.as_ref().map(|count| count.distance_m)).collect();
+        let mean = distances.iter().sum::<f64>() / distances.len() as f64;
         Self {
-            id: row.id.clone(),
-            line: row.line,
-            latitude: row.latitude,
-            longitude: row.longitude,
-            intersection: row.intersection.clone().filter(|_| left_out.is_none()),
-            distance_m: row.distance_m,
-            on_map: row.on_map,
-            reason: left_out.map(Reason::words).or(row.note.map(RowNote::words)),
-            duplicate_of,
+            id: i.id.clone(),
+            streets: i.streets().into_iter().collect::<Vec<_>>().join(" / "),
+            latitude: i.centre.latitude(),
+            longitude: i.centre.longitude(),
+            arms: i.arms.len(),
+            inflow_sources: approaches().map(|(_, traffic)| traffic.source).collect(),
+            signals: i.signals.len(),
+            known: known as f64 / (3 * approaches().count().max(1)) as f64,
+            list_distance_m: i.list_distance_m,
+            count_distance_m: (!distances.is_empty()).then_some(mean),
+            flags: site.flags(),
         }
     }
-
-    /// Returns the reason in words; for a duplicate with the row that it repeats.
-    pub fn why(&self) -> Option<String> {
-        match self.duplicate_of {
-            Some(line) => Some(format!("duplicate of row {line}")),
-            None => self.reason.map(str::to_owned),
-        }
-    }
-}
-
-/// The values of one feature.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Distribution {
-    /// Name with the unit as a suffix.
-    pub name: String,
-    /// Unit in words.
-    pub unit: String,
-    /// Mean over intersections.
-    pub mean: f64,
-    /// Standard deviation over intersections.
-    pub sd: f64,
-    /// Width of the bins that make intersections one point MDP.
-    pub bin: f64,
-    /// One value per intersection, before quantising.
-    pub values: Vec<f64>,
-}
-
-/// The join of traffic counts.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct CountsSummary {
-    /// The field that was read.
-    pub field: String,
-    /// Counts in the file.
-    pub counts: usize,
-    /// Approaches in all.
-    pub approaches: usize,
-    /// Approaches with a count.
-    pub matched: usize,
-    /// Approaches that have the count of another block of their street.
-    pub spread: usize,
-    /// How far along a street counts were spread, metres.
-    pub spread_m: f64,
-    /// What was skipped of the file.
-    pub skipped: Vec<(String, Oddity)>,
-}
-
-/// What the family adds to what is known of a city.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FamilyFacts {
-    /// Its name.
-    pub name: String,
-    /// Which hour is simulated.
-    pub demand: DesignHour,
-    /// The six features.
-    pub features: Vec<Distribution>,
-    /// Distinct point MDPs.
-    pub point_mdps: usize,
 }
 
 /// What there is to say of a family that was derived from a map.
@@ -192,48 +138,46 @@ pub struct Quality {
     pub cut_approaches: usize,
     /// Approaches for which the map leaves no way across the junction.
     pub no_way_across: usize,
-    /// The join of traffic counts, if there are any.
-    pub counts: Option<CountsSummary>,
     /// Intersections without a sound network, and why.
     pub left_out: BTreeMap<String, String>,
     /// Turn restrictions at certain times that hold in the simulated hour, and all of them.
     pub timed_restrictions: (usize, usize),
-    /// What became of the rows of the signal list.
-    pub listed: Vec<ListedRow>,
-    /// Values of the map that were ignored.
+    /// Rows of the signal list, by what became of them.
+    pub listed: BTreeMap<&'static str, usize>,
+    /// Values of the map and of the counts that were ignored.
     pub ignored: Oddities,
-    /// The six features.
-    pub features: Vec<Distribution>,
     /// The intersections.
     pub spots: Vec<Spot>,
 }
 
-/// Returns the quality of a city; what its family adds is given.
+/// Outcome of a row of a signal list that has an intersection, with and without a signal on the map.
+pub const MATCHED: [&str; 2] =
+    ["matched, and a signal on the map", "matched, at a junction without a signal on the map"];
+
+/// Returns the quality of a city.
 ///
 /// # Arguments
 ///
 /// * `(inputs, written)` — files that went in, and hashes of those that come out.
 /// * `time_of_day` — when the simulated hour begins, hours after midnight.
-/// * `counts` — the counts and how far they were spread, metres.
-pub fn quality(
-    family: FamilyFacts,
+pub(super) fn quality(
+    loaded: &LoadedScenario,
     (inputs, written): (Vec<InputFile>, BTreeMap<String, String>),
     (extract, time_of_day): (&Extract, f64),
     city: &City,
-    counts: Option<(&Counts, f64)>,
+    counts: Option<&Counts>,
 ) -> Quality {
     let arms = || {
         city.sites()
-            .flat_map(|site| site.found.arms.iter().zip(site.traffic).zip(&site.found.turns))
-            .filter(|((arm, _), _)| arm.lanes_in > 0)
+            .flat_map(|site| site.found.arms.iter().zip(&site.found.turns))
+            .filter(|(arm, _)| arm.lanes_in > 0)
     };
     let approaches = arms().count();
     let share = |feature, source: &dyn Fn(&Arm) -> Source| {
-        let mut of = BTreeMap::new();
-        for ((arm, _), _) in arms() {
-            *of.entry(source(arm)).or_insert(0_u32) += 1;
-        }
-        let share = |s| f64::from(of.get(&s).copied().unwrap_or(0)) / approaches.max(1) as f64;
+        let share = |s| {
+            let n = arms().filter(|(arm, _)| source(arm) == s).count();
+            n as f64 / approaches.max(1) as f64
+        };
         Provenance {
             feature,
             tagged: share(Source::Tagged),
@@ -250,19 +194,25 @@ pub fn quality(
         imputed: sources.imputed,
         default: sources.default,
     };
-    let resting = |source| arms().filter(|((_, t), _)| t.source == source).count();
     let marked = |yes| if yes { Source::Tagged } else { Source::Default };
-    let counts = counts.map(|(counts, spread_m)| CountsSummary {
-        field: counts.field.clone(),
-        counts: counts.count,
-        approaches,
-        matched: resting(InflowSource::Counted),
-        spread: resting(InflowSource::Spread),
-        spread_m,
-        skipped: counts.oddities.iter().map(|(r, o)| (r.to_owned(), o.clone())).collect(),
+    let skipped = city.skips().into_iter().map(|(reason, signals)| {
+        let of_reason = city.skipped().filter(|s| s.reason == reason);
+        let examples = of_reason.filter_map(|s| s.signals.first().copied()).take(EXAMPLES);
+        SkipCount { reason, text: reason.words(), signals, examples: examples.collect() }
     });
+    let mut listed = BTreeMap::new();
+    for (row, left_out) in city.listed() {
+        let is_matched = row.intersection.is_some() && left_out.is_none();
+        let why = || left_out.map(Reason::words).or(row.note.map(|note| note.words()));
+        let outcome =
+            if is_matched { MATCHED[usize::from(!row.on_map)] } else { why().unwrap_or("unknown") };
+        *listed.entry(outcome).or_default() += 1;
+    }
+    let mut ignored = extract.oddities.clone();
+    ignored.merge(counts.map(|counts| counts.oddities.clone()).unwrap_or_default());
+    let family = &loaded.scenario.family;
     Quality {
-        name: family.name,
+        name: loaded.scenario.name.clone(),
         version: env!("CARGO_PKG_VERSION"),
         inputs,
         written,
@@ -272,9 +222,13 @@ pub fn quality(
         signals_used: city.sites().map(|site| site.found.signals.len()).sum(),
         intersections: city.sites().count(),
         approaches,
-        point_mdps: family.point_mdps,
-        demand: family.demand,
-        skipped: skip_counts(city),
+        point_mdps: loaded.family.points.len(),
+        demand: DesignHour {
+            hourly_share: family.hourly_share,
+            directional_split: family.directional_split,
+            peak_heading_deg: family.peak_heading_deg,
+        },
+        skipped: skipped.collect(),
         provenance: vec![
             share("lanes", &|arm| arm.lanes_source),
             share("turn_lanes", &|arm| marked(arm.marked)),
@@ -282,23 +236,12 @@ pub fn quality(
             share("length", &|arm| marked(!arm.cut && !arm.clamped)),
             inflow,
         ],
-        cut_approaches: arms().filter(|((arm, _), _)| arm.cut).count(),
+        cut_approaches: arms().filter(|(arm, _)| arm.cut).count(),
         no_way_across: arms().filter(|(_, turns)| turns.is_none()).count(),
-        counts,
         left_out: city.left_out.clone(),
         timed_restrictions: extract.timed_restrictions(time_of_day),
-        listed: city.listed().map(ListedRow::of).collect(),
-        ignored: extract.oddities.clone(),
-        features: family.features,
-        spots: spots(city),
+        listed,
+        ignored,
+        spots: city.sites().map(|site| Spot::of(&site)).collect(),
     }
-}
-
-fn skip_counts(city: &City) -> Vec<SkipCount> {
-    let count = |(reason, signals): (Reason, usize)| {
-        let of_reason = city.skipped().filter(|s| s.reason == reason);
-        let examples = of_reason.filter_map(|s| s.signals.first().copied()).take(EXAMPLES);
-        SkipCount { reason, text: reason.words(), signals, examples: examples.collect() }
-    };
-    city.skips().into_iter().map(count).collect()
 }

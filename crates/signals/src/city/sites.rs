@@ -1,19 +1,52 @@
-//! A city: what a survey of its map found, less the intersections that cannot be in the family.
+//! A city: what a survey of its map found, less the intersections that cannot be in the family; and its table of
+//! approaches.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
+use osm_signals::intersections::Skip;
 use osm_signals::listing::ListMatch;
+use osm_signals::settings::IntersectionSettings;
 use osm_signals::traffic::{ArmTraffic, InflowSource};
-use osm_signals::{DrivingSide, Intersection, Place, Survey};
+use osm_signals::{DrivingSide, Intersection, Place, Survey, Turns};
+use serde::Serialize;
 
-use super::flag::Flag;
-use super::one_green::has_one_green;
-use super::reason::Reason;
+use crate::family::approaches::Approach;
+use crate::junction::Conflicts;
+use crate::network::intersection::{Arm, IntersectionSpec};
+use crate::network::lanes::layout;
+use crate::network::phases::phases;
 use crate::settings::InflowSources;
+use basics::units::mph_to_mps;
 
 /// Digits after the point of a share, as a power of ten.
 const SHARE: f64 = 10_000.0;
+
+const ONE_GREEN: &str = "a single green";
+
+/// Why a signal is no intersection of the family.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reason {
+    /// No two streams need green at different times, so there is nothing to control.
+    OneGreen,
+    /// No sound network can be built for it.
+    NoNetwork,
+    /// It is none on the map, or not one that was asked for.
+    #[serde(untagged)]
+    Map(Skip),
+}
+
+impl Reason {
+    /// Returns the reason in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Map(skip) => skip.reason(),
+            Self::OneGreen => ONE_GREEN,
+            Self::NoNetwork => "no sound network can be built",
+        }
+    }
+}
 
 /// An intersection of a city.
 #[derive(Debug, Clone, Copy)]
@@ -23,15 +56,44 @@ pub struct Site<'a> {
     /// Its traffic by arm.
     pub traffic: &'a [ArmTraffic],
     /// Whether all its streams can have green at the same time.
-    pub one_green: bool,
+    one_green: bool,
 }
 
 impl Site<'_> {
-    /// Returns what is worth a look, the most doubtful first.
-    pub fn flags(&self) -> Vec<Flag> {
-        let map = self.found.all_flags().into_iter().map(Flag::Map);
-        self.one_green.then_some(Flag::OneGreen).into_iter().chain(map).collect()
+    /// Returns what is worth a look in words, the most doubtful first.
+    pub fn flags(&self) -> Vec<&'static str> {
+        let map = self.found.all_flags().into_iter().map(|flag| flag.words());
+        self.one_green.then_some(ONE_GREEN).into_iter().chain(map).collect()
     }
+
+    fn approaches(&self, settings: &IntersectionSettings) -> Vec<Approach> {
+        let i = self.found;
+        let (shortest_m, longest_m) = (settings.min_length_m, settings.max_length_m);
+        let tenths = |value: f64| (value * 10.0).round() / 10.0;
+        let arms = i.arms.iter().zip(&i.turns).zip(self.traffic).zip('A'..);
+        arms.map(|(((arm, turns), traffic), name)| Approach {
+            intersection: i.id.clone(),
+            arm: name.to_string(),
+            latitude: i.centre.latitude(),
+            longitude: i.centre.longitude(),
+            bearing_deg: tenths(arm.bearing_deg).rem_euclid(360.0),
+            lanes_in: arm.lanes_in,
+            lanes_out: arm.lanes_out,
+            left_turn_lanes: arm.left_turn_lanes,
+            right_turn_lanes: arm.right_turn_lanes,
+            speed_mph: tenths(arm.speed_mph),
+            length_m: tenths(arm.length_m.clamp(shortest_m, longest_m)),
+            aadt_veh_per_day_per_lane: traffic.aadt_per_lane.round(),
+            movements: turns.map_or_else(String::new, letters),
+            ..Approach::default()
+        })
+        .collect()
+    }
+}
+
+fn letters(turns: Turns) -> String {
+    let letters = [(turns.left, 'l'), (turns.through, 's'), (turns.right, 'r')];
+    letters.iter().filter(|(exists, _)| *exists).map(|(_, letter)| *letter).collect()
 }
 
 /// A signal, or several of one junction, that is no intersection of the family.
@@ -71,7 +133,7 @@ impl City {
     }
 
     /// Says that the turns of intersections were counted, so that their inflows rest on that.
-    pub fn count_by_turn(&mut self, ids: &BTreeSet<String>) {
+    pub(super) fn count_by_turn(&mut self, ids: &BTreeSet<String>) {
         let all = self.survey.found.intersections.iter().zip(&mut self.survey.traffic);
         for (intersection, traffic) in all.filter(|(i, _)| ids.contains(&i.id)) {
             for (arm, traffic) in intersection.arms.iter().zip(traffic) {
@@ -98,8 +160,13 @@ impl City {
         })
     }
 
+    /// Returns the table of approaches, one row per arm: A, B, C clockwise from north.
+    pub fn approaches(&self, settings: &IntersectionSettings) -> Vec<Approach> {
+        self.sites().flat_map(|site| site.approaches(settings)).collect()
+    }
+
     /// Returns the signals that are no intersection.
-    pub fn skipped(&self) -> impl Iterator<Item = SkippedSite<'_>> {
+    pub(super) fn skipped(&self) -> impl Iterator<Item = SkippedSite<'_>> {
         let map = self.survey.found.skipped.iter().map(|s| SkippedSite {
             signals: &s.signals,
             place: s.place,
@@ -114,11 +181,9 @@ impl City {
 
     /// Returns the rows of the signal list, with the reason why the intersection of one is left out.
     pub fn listed(&self) -> impl Iterator<Item = (&ListMatch, Option<Reason>)> {
-        let left_out: BTreeMap<&str, Reason> = (self.out.iter())
-            .filter_map(|i| {
-                Some((self.survey.found.intersections[*i].id.as_str(), self.reasons[*i]?))
-            })
-            .collect();
+        let all = self.survey.found.intersections.iter().zip(&self.reasons);
+        let left_out: BTreeMap<&str, Reason> =
+            all.filter_map(|(i, reason)| Some((i.id.as_str(), (*reason)?))).collect();
         self.survey.listed.iter().map(move |row| {
             let id = row.intersection.as_deref();
             (row, id.and_then(|id| left_out.get(id).copied()))
@@ -155,7 +220,7 @@ impl City {
     }
 
     /// Returns what the inflows rest on, shares of the approaches with four digits.
-    pub fn inflow_sources(&self) -> InflowSources {
+    pub(super) fn inflow_sources(&self) -> InflowSources {
         let arms = self.sites().flat_map(|site| site.found.arms.iter().zip(site.traffic));
         let approaches = arms.filter(|(arm, _)| arm.lanes_in > 0);
         let sources: Vec<InflowSource> = approaches.map(|(_, traffic)| traffic.source).collect();
@@ -168,12 +233,40 @@ impl City {
 
     /// Returns how many signals are no intersection, by reason, most frequent first.
     pub fn skips(&self) -> Vec<(Reason, usize)> {
-        let mut counts = BTreeMap::new();
+        let mut counts: BTreeMap<&str, (Reason, usize)> = BTreeMap::new();
         for skipped in self.skipped() {
-            *counts.entry(skipped.reason).or_default() += skipped.signals.len().max(1);
+            let count = counts.entry(skipped.reason.words()).or_insert((skipped.reason, 0));
+            count.1 += skipped.signals.len().max(1);
         }
-        let mut counts: Vec<(Reason, usize)> = counts.into_iter().collect();
-        counts.sort_by_key(|(reason, n)| (Reverse(*n), *reason));
+        let mut counts: Vec<(Reason, usize)> = counts.into_values().collect();
+        counts.sort_by_key(|(_, n)| Reverse(*n));
         counts
     }
+}
+
+/// Returns whether all streams of an intersection can have green at the same time.
+fn has_one_green(intersection: &Intersection, side: DrivingSide) -> bool {
+    let arm = |(arm, turns): (&osm_signals::Arm, &Option<Turns>)| {
+        let (left_turn_lanes, right_turn_lanes) =
+            side.swapped((arm.left_turn_lanes, arm.right_turn_lanes));
+        Arm {
+            bearing_deg: side.bearing_deg(arm.bearing_deg),
+            lanes_in: arm.lanes_in,
+            lanes_out: arm.lanes_out,
+            left_turn_lanes,
+            right_turn_lanes,
+            left_storage_m: None,
+            right_storage_m: None,
+            speed_mps: mph_to_mps(arm.speed_mph),
+            length_m: arm.length_m,
+            inflow_vph: 0.0,
+            counted: None,
+            turns: turns.map(|turns| if side.is_right() { turns } else { turns.mirrored() }),
+        }
+    };
+    let mut arms: Vec<Arm> = intersection.arms.iter().zip(&intersection.turns).map(arm).collect();
+    arms.sort_by(|a, b| a.bearing_deg.total_cmp(&b.bearing_deg));
+    let spec = IntersectionSpec { point: intersection.id.clone(), arms, side };
+    let greens = layout(&spec).map(|l| phases(&spec, &l, &Conflicts::of(&l.movements), None).len());
+    greens.is_ok_and(|greens| greens == 1)
 }

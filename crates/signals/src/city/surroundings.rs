@@ -1,23 +1,28 @@
-//! What a city's folder keeps for the maps and tables of reports: the streets, `streets.geojson`, and
-//! the names of the streets of every intersection, in `intersections.geojson`.
+//! What a city's folder keeps for the maps and tables of reports: the streets, `streets.geojson`, thinned out so that a
+//! page can draw them, and the names of the streets of every intersection, in `intersections.geojson`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use geo::{Coord, LineString, Simplify};
 use geojson::{
     Feature, FeatureCollection, GeoJson, GeometryValue, JsonObject, LineStringType, Position,
 };
 use osm_signals::tags::Highway;
+use osm_signals::{Extract, Place};
 
-use super::drawing::Drawing;
 use super::error::CityError;
-use basics::files::{self, limits, write_atomically};
+use super::sites::City;
+use basics::files::{self, FileError, limits, write_atomically};
 
 /// Name of the file of streets.
-pub const STREETS_FILE: &str = "streets.geojson";
+const STREETS_FILE: &str = "streets.geojson";
 
 /// Name of the file of intersections.
-pub const INTERSECTIONS_FILE: &str = "intersections.geojson";
+const INTERSECTIONS_FILE: &str = "intersections.geojson";
+
+/// Files of a city's folder that a scenario made from it takes over.
+pub(super) const SURROUNDINGS: [&str; 2] = [INTERSECTIONS_FILE, STREETS_FILE];
 
 /// What stands between the streets of an intersection.
 const BETWEEN: &str = " / ";
@@ -27,6 +32,18 @@ const RANKS: [&str; 4] = ["minor", "tertiary", "secondary", "primary, trunk"];
 
 /// Parts of a degree that coordinates of streets are rounded to: a metre.
 const PER_DEGREE: f64 = 1e5;
+
+/// Width of the surroundings that are drawn, as a share of the frame.
+const MARGIN: f64 = 0.03;
+
+/// Least height and width of the frame, degrees.
+const LEAST_DEG: f64 = 0.005;
+
+/// Finest detail that is kept, as a share of the frame's height: less than a pixel.
+const DETAIL: f64 = 1.0 / 1500.0;
+
+/// Most corners of streets that are drawn; beyond, minor streets are left out.
+const MAX_CORNERS: usize = 60_000;
 
 /// The lines of the streets of one rank: longitude and latitude, degrees.
 pub type Lines = Vec<Vec<[f64; 2]>>;
@@ -40,8 +57,56 @@ pub struct Named {
     pub at: (f64, f64),
 }
 
-/// Returns how important a street is when it is drawn: 0 for minor ones to 3.
-pub fn rank(highway: Highway) -> usize {
+/// What the map of a city shows beside its intersections.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Drawing {
+    /// How important each street is, from 0 for minor ones to 3, and its corners: latitude and longitude, degrees. Minor
+    /// ones come first.
+    pub streets: Vec<(usize, Vec<(f64, f64)>)>,
+    /// Signals that are no intersection: latitude, longitude and the reason.
+    pub skipped: Vec<(f64, f64, &'static str)>,
+    /// Least latitude, least longitude, greatest latitude, greatest longitude.
+    pub frame: [f64; 4],
+    /// Whether minor streets were left out.
+    pub thinned: bool,
+}
+
+impl Drawing {
+    /// Returns what to draw around the intersections of a city.
+    pub(super) fn new(extract: &Extract, city: &City) -> Self {
+        let centres: Vec<Place> = city.sites().map(|site| site.found.centre).collect();
+        let Some(frame) = frame(&centres) else { return Self::default() };
+        let mut streets = streets(extract, frame);
+        let thinned = streets.iter().map(|(_, places)| places.len()).sum::<usize>() > MAX_CORNERS;
+        if thinned {
+            streets.retain(|(highway, _)| *highway <= Highway::Tertiary);
+        }
+        streets.sort_by_key(|(highway, _)| std::cmp::Reverse(*highway));
+        let streets = streets.into_iter().map(|(highway, places)| (rank(highway), places));
+        let skipped = city.skipped().filter(|s| within(frame, s.place));
+        let skipped = skipped.map(|s| (s.place.latitude(), s.place.longitude(), s.reason.words()));
+        Self { streets: streets.collect(), skipped: skipped.collect(), frame, thinned }
+    }
+
+    /// Writes the streets, a feature per rank.
+    pub(super) fn write(&self, folder: &Path) -> Result<(), FileError> {
+        let rounded = |degrees: f64| (degrees * PER_DEGREE).round() / PER_DEGREE;
+        let position = |p: &(f64, f64)| Position::from([rounded(p.1), rounded(p.0)]);
+        let features = RANKS.iter().enumerate().filter_map(|(rank, name)| {
+            let streets = self.streets.iter().filter(|(of, _)| *of == rank);
+            let coordinates: Vec<LineStringType> =
+                streets.map(|(_, places)| places.iter().map(position).collect()).collect();
+            let properties = [("rank", rank.into()), ("streets", (*name).into())];
+            (!coordinates.is_empty()).then(|| {
+                let geometry = GeometryValue::MultiLineString { coordinates };
+                feature(geometry, properties.map(|(key, value)| (key.to_owned(), value)))
+            })
+        });
+        write_features(&folder.join(STREETS_FILE), features.collect())
+    }
+}
+
+fn rank(highway: Highway) -> usize {
     match highway {
         Highway::Trunk | Highway::Primary => 3,
         Highway::Secondary => 2,
@@ -50,31 +115,64 @@ pub fn rank(highway: Highway) -> usize {
     }
 }
 
-/// Writes the streets around the intersections of a city, a feature per rank.
-///
-/// # Errors
-///
-/// [`CityError::Io`].
-pub fn write_streets(folder: &Path, drawing: &Drawing) -> Result<(), CityError> {
-    let rounded = |degrees: f64| (degrees * PER_DEGREE).round() / PER_DEGREE;
-    let position = |p: &(f64, f64)| Position::from([rounded(p.1), rounded(p.0)]);
-    let features = RANKS.iter().enumerate().filter_map(|(rank, name)| {
-        let streets = drawing.streets.iter().filter(|s| self::rank(s.highway) == rank);
-        let lines: Vec<LineStringType> =
-            streets.map(|s| s.places.iter().map(position).collect()).collect();
-        let mut properties = JsonObject::new();
-        properties.insert("rank".to_owned(), rank.into());
-        properties.insert("streets".to_owned(), (*name).into());
-        (!lines.is_empty()).then(|| Feature {
-            geometry: Some(GeometryValue::MultiLineString { coordinates: lines }.into()),
-            properties: Some(properties),
-            ..Feature::default()
-        })
-    });
-    let features = features.collect();
+/// Returns the frame around some places: least and greatest latitude and longitude.
+fn frame(places: &[Place]) -> Option<[f64; 4]> {
+    let range = |of: fn(&Place) -> f64| {
+        let values = places.iter().map(of);
+        let (low, high) =
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+        let more = ((high - low) * MARGIN).max((LEAST_DEG - (high - low)) / 2.0);
+        (low - more, high + more)
+    };
+    let ((south, north), (west, east)) = (range(|p| p.latitude()), range(|p| p.longitude()));
+    (!places.is_empty()).then_some([south, west, north, east])
+}
+
+fn within([south, west, north, east]: [f64; 4], place: Place) -> bool {
+    (south..=north).contains(&place.latitude()) && (west..=east).contains(&place.longitude())
+}
+
+/// Returns the streets that touch a frame, with only as many corners as can be seen.
+fn streets(extract: &Extract, frame: [f64; 4]) -> Vec<(Highway, Vec<(f64, f64)>)> {
+    let detail = (frame[2] - frame[0]) * DETAIL;
+    let mut streets = Vec::new();
+    for way in &extract.ways {
+        let nodes = extract.nodes_of(way).iter().filter_map(|id| extract.nodes.index(*id));
+        let places: Vec<Place> = nodes.filter_map(|n| extract.nodes.places[n]).collect();
+        if places.len() < 2 || !places.iter().any(|p| within(frame, *p)) {
+            continue;
+        }
+        let line: LineString<f64> =
+            places.iter().map(|p| Coord { x: p.longitude(), y: p.latitude() }).collect();
+        let places = line.simplify(detail).into_iter().map(|c| (c.y, c.x)).collect();
+        streets.push((way.street.highway, places));
+    }
+    streets
+}
+
+fn feature(
+    geometry: GeometryValue,
+    properties: impl IntoIterator<Item = (String, geojson::JsonValue)>,
+) -> Feature {
+    let properties: JsonObject = properties.into_iter().collect();
+    Feature { geometry: Some(geometry.into()), properties: Some(properties), ..Feature::default() }
+}
+
+fn write_features(path: &Path, features: Vec<Feature>) -> Result<(), FileError> {
     let collection = FeatureCollection { bbox: None, features, foreign_members: None };
     let text = serde_json::to_vec(&collection).expect("features are plain data");
-    Ok(write_atomically(&folder.join(STREETS_FILE), &text)?)
+    write_atomically(path, &text)
+}
+
+/// Writes the intersections and the signals that are none: latitude, longitude and properties of each, in order.
+pub(super) fn write_places(
+    folder: &Path,
+    places: impl Iterator<Item = (f64, f64, JsonObject)>,
+) -> Result<(), FileError> {
+    let features = places.map(|(latitude, longitude, properties)| {
+        feature(GeometryValue::new_point([longitude, latitude]), properties)
+    });
+    write_features(&folder.join(INTERSECTIONS_FILE), features.collect())
 }
 
 /// Returns the lines of the streets of a city's folder with their rank, minor ones first; none when
@@ -126,30 +224,26 @@ fn features(path: &Path) -> Result<Vec<Feature>, CityError> {
     let text = files::if_present(files::read_text(path, limits::DOCUMENT))?;
     let Some(text) = text else { return Ok(Vec::new()) };
     let collection = text.parse::<GeoJson>().and_then(FeatureCollection::try_from);
-    match collection {
-        Ok(collection) => Ok(collection.features),
-        Err(reason) => Err(CityError::Folder { path: path.to_path_buf(), reason }),
-    }
+    collection
+        .map(|collection| collection.features)
+        .map_err(|e| CityError::unfit(path, format!("{e}; build the city's networks again")))
 }
 
 #[cfg(test)]
 mod tests {
     use std::fs;
 
-    use super::super::drawing::DrawnStreet;
     use super::*;
 
     #[test]
     fn streets_read_back_by_rank_minor_ones_first() {
-        let street = |highway, south: f64| DrawnStreet {
-            highway,
-            places: vec![(south, -111.0), (south + 0.123_456_789, -111.0)],
-        };
-        let streets = vec![street(Highway::Primary, 40.0), street(Highway::Residential, 41.0)];
-        let drawing = Drawing { streets, ..Drawing::default() };
+        let street =
+            |rank, south: f64| (rank, vec![(south, -111.0), (south + 0.123_456_789, -111.0)]);
+        let drawing =
+            Drawing { streets: vec![street(3, 40.0), street(0, 41.0)], ..Drawing::default() };
         let dir = tempfile::tempdir().unwrap();
         assert_eq!(read_streets(dir.path()).unwrap(), []);
-        write_streets(dir.path(), &drawing).unwrap();
+        drawing.write(dir.path()).unwrap();
         let expected = [
             (0, vec![vec![[-111.0, 41.0], [-111.0, 41.12346]]]),
             (3, vec![vec![[-111.0, 40.0], [-111.0, 40.12346]]]),
@@ -160,16 +254,19 @@ mod tests {
     #[test]
     fn names_are_those_of_intersections_and_a_damaged_file_is_refused() {
         let dir = tempfile::tempdir().unwrap();
-        let feature = |id: &str, streets: &str| {
-            format!(
-                r#"{{"type":"Feature","geometry":{{"type":"Point","coordinates":[-111,40.5]}},
-                "properties":{{"id":"{id}"{streets}}}}}"#
-            )
-        };
-        let (named, skipped) =
-            (feature("n1", r#","streets":"Main Street / 3rd Avenue""#), feature("n2", ""));
-        let text = format!(r#"{{"type":"FeatureCollection","features":[{named},{skipped}]}}"#);
-        fs::write(dir.path().join(INTERSECTIONS_FILE), text).unwrap();
+        let places =
+            [("n1", Some("Main Street / 3rd Avenue")), ("n2", None)].map(|(id, streets)| {
+                let properties = [("id", Some(id)), ("streets", streets)];
+                (
+                    40.5,
+                    -111.0,
+                    properties
+                        .map(|(key, text)| (key.to_owned(), text.into()))
+                        .into_iter()
+                        .collect(),
+                )
+            });
+        write_places(dir.path(), places.into_iter()).unwrap();
         let names = read_names(dir.path()).unwrap();
         assert_eq!(names.len(), 1);
         assert_eq!(names["n1"].streets, ["Main Street", "3rd Avenue"]);

@@ -3,26 +3,120 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use geojson::{Feature, FeatureCollection, GeometryValue, JsonObject, JsonValue};
-use osm_signals::traffic::InflowSource;
+use geojson::{JsonObject, JsonValue};
+use osm_signals::DrivingSide;
+use osm_signals::listing::RowNote;
+use toml::{Table, Value};
 
-use super::folder::{FAMILY_FILE, MATCHES_FILE};
-use super::quality::{ListedRow, Quality};
-use super::sites::City;
-use super::spots::Spot;
-use super::surroundings::INTERSECTIONS_FILE;
+use super::config::CityConfig;
+use super::counted::hours;
+use super::derive::Request;
+use super::folder::{self, APPROACHES_FILE};
+use super::quality::{Quality, Spot};
+use super::sites::{City, Reason};
+use super::surroundings::write_places;
+use crate::family::features::six_features;
 use crate::family::load::LoadedScenario;
+use crate::settings::InflowSources;
+use crate::settings::check::check;
+use crate::settings::{Detail, Scenario, SixFeatures};
 use basics::files::{FileError, lines, write_atomically};
 use evaluation::family::MdpFamily;
+use evaluation::family::error::FamilyError;
+use evaluation::settings::wording::explain;
 
-/// Digits after the point of a share.
-const SHARE_DIGITS: i32 = 4;
+/// What a scenario file says of its demand.
+const DEMAND_NOTE: &str = "\
+# Demand is a design hour: hourly_share is the share of the day's traffic in it (1/24 is the mean hour),
+# directional_split the share of a two-way street's hour in its peak direction, which is the one within
+# 90 degrees of peak_heading_deg (45: north- and eastbound). [family.inflows] says what the inflows of
+# approaches.csv rest on, shares of the approaches; pages of results quote it, and it decides nothing.
+";
 
-/// Writes the point MDPs as a table: id, importance, intersections and features.
+/// Returns the text of the scenario file of a city, for a table of approaches beside it.
+///
+/// # Arguments
+///
+/// * `inflows`, `side` — what its comments and settings say of them, once that is known.
 ///
 /// # Errors
 ///
-/// [`FileError`].
+/// [`FamilyError`] for a setting that does not exist, is out of range, or is decided by the
+/// command.
+pub(super) fn scenario_text(
+    request: &Request,
+    config: &CityConfig,
+    (inflows, side): (Option<InflowSources>, Option<DrivingSide>),
+) -> Result<String, FamilyError> {
+    let detail = request.detail.unwrap_or(Detail::PerApproach);
+    let (name, extract) = (folder::scenario_name(&request.out), folder::stem(&request.extract));
+    let mut source =
+        request.config.as_ref().map_or("settings".to_owned(), |c| c.display().to_string());
+    source.extend(request.overrides.iter().map(|o| format!(" {}", o.flag())));
+    let mut family = Table::new();
+    family.insert("approaches".to_owned(), APPROACHES_FILE.into());
+    family.insert("detail".to_owned(), Value::try_from(detail).expect("a detail is a word"));
+    family.insert("hourly_share".to_owned(), config.hour.hourly_share.into());
+    if config.settings.traffic.both_directions {
+        family.insert("directional_split".to_owned(), config.hour.directional_split.into());
+        family.insert("peak_heading_deg".to_owned(), config.hour.peak_heading_deg.into());
+    }
+    if let Some(inflows) = inflows {
+        family.insert("inflows".to_owned(), Value::try_from(inflows).expect("shares are numbers"));
+    }
+    family.extend(hours(&request.periods).map(|hours| ("periods".to_owned(), hours)));
+    let title = format!("Signalised intersections of {extract} ((c) OpenStreetMap contributors)");
+    let mut table = Table::from_iter([
+        ("name".to_owned(), name.as_str().into()),
+        ("title".to_owned(), title.into()),
+        ("family".to_owned(), family.into()),
+    ]);
+    for (key, value) in &config.scenario {
+        match (table.get_mut(key), value) {
+            (Some(Value::Table(own)), Value::Table(more)) => own.extend(more.clone()),
+            _ => drop(table.insert(key.clone(), value.clone())),
+        }
+    }
+    let side = side.unwrap_or_default();
+    if side == DrivingSide::Left
+        && let Value::Table(network) = table.entry("network").or_insert_with(|| Table::new().into())
+    {
+        network.entry("driving_side").or_insert_with(|| side.name().into());
+    }
+    let own = table.clone().try_into::<Scenario>();
+    let mut scenario = own.map_err(|e: toml::de::Error| FamilyError::Toml {
+        file: format!("{source}, [scenario]"),
+        message: explain::<Scenario>(e.message(), ""),
+    })?;
+    for setting in &request.overrides {
+        scenario = setting.apply(&scenario)?;
+        setting.put_into(&mut table)?;
+    }
+    check(&scenario, &source)?;
+    let of = &scenario.family;
+    let decided = [
+        ("name", scenario.name == name, "--out"),
+        ("family.detail", of.detail == detail, "--detail"),
+        ("network.driving_side", scenario.network.driving_side == side, "--driving-side"),
+        ("family.points", of.points.is_none(), "the map"),
+        ("family.approaches", of.approaches.as_deref() == Some(APPROACHES_FILE), "the map"),
+    ];
+    if let Some((field, _, by)) = decided.into_iter().find(|(_, same, _)| !same) {
+        return Err(FamilyError::Setting {
+            file: source,
+            field: field.to_owned(),
+            value: "another value".to_owned(),
+            expected: format!("with --osm {by} decides it; leave it out"),
+        });
+    }
+    let settings = toml::to_string(&table).expect("settings are plain data");
+    Ok(format!(
+        "# Made from {extract} by `tsc-family build-networks --osm`; what is not here has its \
+         default.\n{DEMAND_NOTE}{settings}"
+    ))
+}
+
+/// Writes the point MDPs as a table: id, importance, intersections and features.
 pub(super) fn write_family(folder: &Path, family: &MdpFamily) -> Result<(), FileError> {
     let names = family.features.iter().map(|f| f.name.clone());
     let head = ["point", "importance", "intersections"].map(str::to_owned);
@@ -31,146 +125,101 @@ pub(super) fn write_family(folder: &Path, family: &MdpFamily) -> Result<(), File
         let fixed = [p.id.clone(), p.importance.to_string(), p.instances.to_string()];
         fixed.into_iter().chain(p.features.iter().map(f64::to_string)).collect::<Vec<String>>()
     }));
-    write_atomically(&folder.join(FAMILY_FILE), &lines(&rows))
+    write_atomically(&folder.join("family.csv"), &lines(&rows))
 }
 
 /// Writes what became of every row of the signal list: its intersection, the distance, the reason.
-///
-/// # Errors
-///
-/// [`FileError`].
-pub(super) fn write_matches(folder: &Path, listed: &[ListedRow]) -> Result<(), FileError> {
-    write_atomically(&folder.join(MATCHES_FILE), &matches(listed))
-}
-
-/// Returns the table of [`write_matches`].
-fn matches(listed: &[ListedRow]) -> Vec<u8> {
+pub(super) fn write_matches(folder: &Path, city: &City) -> Result<(), FileError> {
     let head = [
         "id", "row", "latitude", "longitude", "intersection", "distance_m", "signal_on_map",
         "duplicate_of_row", "reason",
     ];
     let mut rows = vec![head.map(str::to_owned)];
-    rows.extend(listed.iter().map(|m| {
-        let metres = m.distance_m.map(|metres| format!("{metres:.1}"));
+    rows.extend(city.listed().map(|(row, left_out)| {
+        let duplicate_of = match row.note {
+            Some(RowNote::Duplicate(line)) => Some(line.to_string()),
+            _ => None,
+        };
+        let why = left_out.map(Reason::words).or(row.note.map(RowNote::words)).unwrap_or_default();
         [
-            m.id.clone(),
-            m.line.to_string(),
-            m.latitude.to_string(),
-            m.longitude.to_string(),
-            m.intersection.clone().unwrap_or_default(),
-            metres.unwrap_or_default(),
-            m.on_map.to_string(),
-            m.duplicate_of.map(|line| line.to_string()).unwrap_or_default(),
-            m.why().unwrap_or_default(),
+            row.id.clone(),
+            row.line.to_string(),
+            row.latitude.to_string(),
+            row.longitude.to_string(),
+            row.intersection.clone().filter(|_| left_out.is_none()).unwrap_or_default(),
+            row.distance_m.map(|metres| format!("{metres:.1}")).unwrap_or_default(),
+            row.on_map.to_string(),
+            duplicate_of.clone().unwrap_or_default(),
+            duplicate_of.map_or(why.to_owned(), |line| format!("duplicate of row {line}")),
         ]
     }));
-    lines(&rows)
+    write_atomically(&folder.join("signal-list.csv"), &lines(&rows))
 }
 
 /// Writes `intersections.geojson`: intersections with their point MDP, its importance and features,
 /// and how well they are known; and the signals that are none, with the reason.
-///
-/// # Errors
-///
-/// [`FileError`].
 pub(super) fn write_geojson(
     folder: &Path,
     city: &City,
     quality: &Quality,
     loaded: &LoadedScenario,
 ) -> Result<(), FileError> {
-    let mut point_of: BTreeMap<&str, usize> = BTreeMap::new();
-    for (point, members) in loaded.members.iter().enumerate() {
-        for i in members {
-            // Of several periods the first.
-            point_of.entry(loaded.intersections[*i].id.as_str()).or_insert(point);
-        }
+    // Of several periods the first.
+    let mut first: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut point_of: BTreeMap<usize, usize> = BTreeMap::new();
+    for (i, intersection) in loaded.intersections.iter().enumerate() {
+        first.entry(&intersection.id).or_insert(i);
     }
-    let rows = quality.spots.iter().enumerate().map(|(index, spot)| {
-        let point = point_of.get(spot.id.as_str()).map(|p| &loaded.family.points[*p]);
+    for (point, members) in loaded.members.iter().enumerate() {
+        point_of.extend(members.iter().map(|i| (*i, point)));
+    }
+    let intersections = quality.spots.iter().map(|spot| {
+        let i = first.get(spot.id.as_str());
+        let point = i.and_then(|i| Some(&loaded.family.points[*point_of.get(i)?]));
         let mut properties = spot_properties(spot);
         properties.insert("point".to_owned(), point.map(|p| p.id.clone()).into());
         properties.insert("importance".to_owned(), point.map(|p| p.importance).into());
-        for d in &quality.features {
-            properties.insert(d.name.clone(), number(d.values[index], 2));
+        if let Some(i) = i {
+            let features = six_features(&loaded.intersections[*i], &loaded.scenario.family);
+            for ((name, _), value) in SixFeatures::COLUMNS.iter().zip(features.to_array()) {
+                properties.insert((*name).to_owned(), number(value, 2));
+            }
         }
-        feature(spot.latitude, spot.longitude, properties)
+        (spot.latitude, spot.longitude, properties)
     });
     let skipped = city.skipped().map(|s| {
-        let mut properties = JsonObject::new();
-        properties.insert("status".to_owned(), "skipped".into());
-        properties.insert("reason".to_owned(), s.reason.words().into());
         let id = s.signals.first().map(|id| format!("n{id}"));
-        properties.insert("id".to_owned(), id.into());
-        feature(s.place.latitude(), s.place.longitude(), properties)
+        let properties =
+            [("status", "skipped".into()), ("reason", s.reason.words().into()), ("id", id.into())];
+        (s.place.latitude(), s.place.longitude(), object(properties))
     });
-    let features = rows.chain(skipped).collect();
-    let collection = FeatureCollection { bbox: None, features, foreign_members: None };
-    let text = serde_json::to_vec(&collection).expect("features are plain data");
-    write_atomically(&folder.join(INTERSECTIONS_FILE), &text)
+    write_places(folder, intersections.chain(skipped))
 }
 
 fn spot_properties(spot: &Spot) -> JsonObject {
-    let known = number(spot.known, SHARE_DIGITS);
     let metres = |value: Option<f64>| value.map_or(JsonValue::Null, |v| number(v, 1));
-    let pairs = [
+    let sources = spot.inflow_sources.iter().map(|source| serde_json::json!(source));
+    let sources: Vec<String> = sources.filter_map(|s| Some(s.as_str()?.to_owned())).collect();
+    object([
         ("status", "intersection".into()),
         ("id", spot.id.clone().into()),
-        ("streets", spot.streets.join(" / ").into()),
+        ("streets", spot.streets.clone().into()),
         ("arms", spot.arms.into()),
         ("signal_nodes", spot.signals.into()),
-        ("known_share", known),
-        ("inflow_sources", inflow_sources(spot).into()),
-        ("flags", spot.flags.iter().map(|f| f.words()).collect::<Vec<_>>().join("; ").into()),
+        ("known_share", number(spot.known, 4)),
+        ("inflow_sources", sources.join(", ").into()),
+        ("flags", spot.flags.join("; ").into()),
         ("list_distance_m", metres(spot.list_distance_m)),
         ("count_distance_m", metres(spot.count_distance_m)),
-    ];
+    ])
+}
+
+fn object<const N: usize>(pairs: [(&str, JsonValue); N]) -> JsonObject {
     pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
-}
-
-/// Returns what the inflows of an intersection rest on, in the order of its approaches.
-fn inflow_sources(spot: &Spot) -> String {
-    let word = |source: &InflowSource| match source {
-        InflowSource::Counted => "counted",
-        InflowSource::Spread => "spread",
-        InflowSource::Imputed => "imputed",
-        InflowSource::Default => "default",
-    };
-    spot.inflow_sources.iter().map(word).collect::<Vec<_>>().join(", ")
-}
-
-fn feature(latitude: f64, longitude: f64, properties: JsonObject) -> Feature {
-    Feature {
-        geometry: Some(GeometryValue::new_point([longitude, latitude]).into()),
-        properties: Some(properties),
-        ..Feature::default()
-    }
 }
 
 /// Returns a number with so many digits after the point.
 fn number(value: f64, digits: i32) -> JsonValue {
     let scale = 10f64.powi(digits);
     ((value * scale).round() / scale).into()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_id_of_a_signal_list_is_no_formula() {
-        let row = ListedRow {
-            id: "=HYPERLINK(1)".to_owned(),
-            line: 2,
-            latitude: 40.5,
-            longitude: -111.25,
-            intersection: None,
-            distance_m: None,
-            on_map: false,
-            reason: Some("too far"),
-            duplicate_of: None,
-        };
-        let text = String::from_utf8(matches(&[row])).unwrap();
-        assert_eq!(text.lines().nth(1), Some("'=HYPERLINK(1),2,40.5,-111.25,,,false,,too far"));
-    }
 }
