@@ -20,5 +20,4 @@ results=$(mktemp -d)
 trap 'rm -rf "$results"' EXIT
 "$program" run cartpole --methods ppo --set ppo.total_steps=2048 --budget 3 --eval-seeds 4 --quiet --out "$results/r"
 "$program" export "$results/r"
-"$program" export "$results/r" --format csv
 "$folder/bin/python" scripts/export_check.py "$results/r"

@@ -1,4 +1,4 @@
-"""Compares records.parquet and records.csv of a results directory with its records, read by three libraries."""
+"""Compares records.parquet of a results directory with its records, read by three libraries."""
 
 import json
 import math
@@ -48,7 +48,6 @@ assert frame["seed"].dtype == polars.UInt64 and frame["method"].dtype == polars.
 compare(f"pandas {pandas.__version__}", pandas.read_parquet(table).to_dict("records"))
 rows = duckdb.sql(f"select * from '{table}'")
 compare(f"DuckDB {duckdb.__version__}", [dict(zip(rows.columns, row)) for row in rows.fetchall()])
-compare("pandas, CSV", pandas.read_csv(folder / "records.csv", float_precision="round_trip").to_dict("records"))
 objective = manifest["objective"]
 mean = duckdb.sql(
     f"select method, avg({objective}) from '{table}' where kind = 'evaluation' group by method order by method"

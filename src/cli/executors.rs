@@ -69,21 +69,13 @@ impl WorkersArgs {
         self.jobs.map_or(processors, NonZeroUsize::get)
     }
 
-    /// Returns the memory that each of so many workers of this machine may use, MB; `None` where the system does not tell
-    /// how much there is.
-    ///
-    /// # Errors
-    ///
-    /// When a limit was asked for that cannot be watched.
+    /// Returns the memory that each of so many workers of this machine may use, MB; `None` where the system does not tell how
+    /// much there is.
     pub(super) fn memory_mb(&self, jobs: usize) -> anyhow::Result<Option<u64>> {
         limit_mb(self.memory_per_worker, jobs)
     }
 
     /// Returns the lines for the jobs.
-    ///
-    /// # Errors
-    ///
-    /// When their file cannot be read, or has something else in it.
     pub(super) fn lines(&self) -> Result<Vec<String>, RunError> {
         Ok(self.sbatch.as_deref().map(slurm::lines).transpose()?.unwrap_or_default())
     }
@@ -104,10 +96,6 @@ impl WorkersArgs {
 }
 
 /// Returns the memory that each of so many workers of this machine may use, MB.
-///
-/// # Errors
-///
-/// When a limit was asked for that cannot be watched.
 pub(super) fn limit_mb(asked: Option<u64>, jobs: usize) -> anyhow::Result<Option<u64>> {
     let usual = memory_per_worker_mb(jobs);
     if asked.is_some() && usual.is_none() {
@@ -119,11 +107,6 @@ pub(super) fn limit_mb(asked: Option<u64>, jobs: usize) -> anyhow::Result<Option
 }
 
 /// Hands the tasks that results lack over, and says what happened.
-///
-/// # Arguments
-///
-/// * `executor` — not this machine.
-/// * `launcher` — how workers are started.
 pub(super) fn hand_over(
     executor: Executes,
     (session, domain): (&Session<'_>, &dyn Domain),

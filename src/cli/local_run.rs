@@ -48,11 +48,6 @@ pub(super) struct LocalRun<'a> {
 impl LocalRun<'_> {
     /// Does the tasks of saved models that a results directory lacks; returns the exit code when it ends here, because of an
     /// interruption or of tasks that are left undone.
-    ///
-    /// # Arguments
-    ///
-    /// * `jobs` — workers at the same time; one per processor where nothing is said.
-    /// * `then` — what is said of tasks that are left.
     pub(super) fn of_models(
         session: &Session<'_>,
         launcher: Launcher,

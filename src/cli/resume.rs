@@ -18,7 +18,6 @@ use crate::run::domain::domain_of;
 use crate::run::error::RunError;
 use crate::run::session::reopen;
 use crate::run::worker::check_own;
-use crate::sample::SamplePlan;
 use crate::store::Layout;
 use crate::store::results::Results;
 
@@ -89,7 +88,8 @@ pub(super) fn run(args: &ResumeArgs) -> anyhow::Result<u8> {
     let again = if args.retry_failed { results.failed().count() } else { 0 };
     let missing = results.missing().count() + again;
     // A look that nobody has begun is none of its tasks.
-    let may_grow = has_later_look(&results.manifest.identity.sample);
+    let look = results.manifest.identity.sample.look_of();
+    let may_grow = look.is_some_and(|(look, looks)| look < looks);
     let summarise = || -> anyhow::Result<u8> {
         let code = local.summarise()?;
         if may_grow && !args.quiet {
@@ -124,10 +124,4 @@ pub(super) fn run(args: &ResumeArgs) -> anyhow::Result<u8> {
     }
     let code = local.work_on(&results, &interrupted)?;
     code.map_or_else(summarise, Ok)
-}
-
-/// Returns whether a sample may grow by another look.
-fn has_later_look(sample: &SamplePlan) -> bool {
-    let looks = sample.growth.as_ref().map_or(0, |growth| growth.looks.len());
-    sample.look().is_some_and(|look| look + 1 < looks)
 }

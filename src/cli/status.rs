@@ -11,11 +11,9 @@ use crate::files::quoted;
 use crate::run::batch;
 use crate::run::error::RunError;
 use crate::store::Layout;
-use crate::store::dropped::read_dropped;
 use crate::store::lock::holder;
-use crate::store::manifest::{Manifest, Task};
-use crate::store::reach::Reach;
-use crate::store::tally::Tally;
+use crate::store::manifest::Manifest;
+use crate::store::results::Results;
 
 /// Most failed tasks that are named.
 const NAMED: usize = 10;
@@ -40,22 +38,19 @@ pub struct StatusArgs {
 pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
     let manifest = manifest_of(&layout)?;
-    let plan = manifest.identity.tasks();
-    let tally = Tally::of(&layout, &plan, &manifest.sha256())?;
-    let holder = holder(&layout);
     let handed = batch::begun(&layout).map_err(RunError::from)?;
-    let begun = |task: usize| tally.done[task] || handed(task);
-    let dropped = read_dropped(&layout, &manifest.identity)?;
-    let reach = Reach::of(&manifest.identity, &plan, &dropped, begun);
-    let to_do = |t: &usize| reach.has(*t) && !tally.done[*t];
-    let missing = (0..plan.len()).filter(to_do).count();
-    let failed: Vec<(&Task, &String)> =
-        tally.failed.iter().take(NAMED).map(|(task, reason)| (&plan[*task], reason)).collect();
-    let (tasks, look) = (reach.count(), reach.look);
-    let done = tasks - missing;
+    let results = Results::inspect(&layout, &manifest)?.0.under_way(handed);
+    let holder = holder(&layout);
+    let (tasks, missing) = (results.plan().len(), results.missing().count());
+    let (done, failed) = (tasks - missing, results.failed().count());
+    let begun = results.missing().filter(|task| layout.checkpoint(task.task).exists()).count();
+    let reasons = results
+        .failed()
+        .take(NAMED)
+        .map(|(task, record)| (task, record.summary.reason.as_deref().unwrap_or_default()));
+    let look = results.manifest.identity.sample.look_of();
     if args.json {
-        let failed: Vec<_> = failed
-            .iter()
+        let reasons: Vec<_> = reasons
             .map(|(t, why)| json!({"task": t.task, "method": t.method, "point": t.point, "reason": why}))
             .collect();
         line(json!({
@@ -64,36 +59,37 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
             "look": look.map(|(look, _)| look),
             "looks": look.map(|(_, looks)| looks),
             "done": done,
-            "failed": tally.failed.len(),
-            "first_failed": failed,
-            "begun": tally.begun.len(),
+            "failed": failed,
+            "first_failed": reasons,
+            "begun": begun,
             "missing": missing,
             "running_here": holder,
-            "builds": tally.builds.several(),
+            "builds": results.several_builds(),
         }))?;
-        return Ok(code(missing, tally.failed.len()));
+        return Ok(code(missing, failed));
     }
-    let look = look.map(|(look, looks)| format!("look {look} of {looks}: ")).unwrap_or_default();
-    let mut parts = vec![format!("{look}{done} of {tasks} tasks are done")];
-    let others = [(tally.failed.len(), "of them failed"), (missing, "to do")];
+    let head = look.map(|(look, looks)| format!("look {look} of {looks}: ")).unwrap_or_default();
+    let mut parts = vec![format!("{head}{done} of {tasks} tasks are done")];
+    let others = [
+        (failed, "of them failed"),
+        (missing, "to do"),
+        (begun, "of the missing with a checkpoint"),
+    ];
     parts.extend(others.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")));
-    if !tally.begun.is_empty() {
-        parts.push(format!("{} of the missing with a checkpoint", tally.begun.len()));
-    }
     line(format!("{}: {}", args.dir.display(), parts.join(", ")))?;
-    if let Some(builds) = tally.builds.warning() {
+    if let Some(builds) = results.warning_of_builds() {
         line(format!("  {builds}"))?;
     }
-    for (task, reason) in &failed {
+    for (task, reason) in reasons {
         line(format!("failed: task {}, {} on {}: {reason}", task.task, task.method, task.point))?;
     }
-    if tally.failed.len() > NAMED {
-        line(format!("and {} more", tally.failed.len() - NAMED))?;
+    if failed > NAMED {
+        line(format!("and {} more", failed - NAMED))?;
     }
     let dir = quoted(&args.dir);
     if missing == 0 {
         note(format!("tsc-family report {dir} writes tables, figures and page"));
-        if reach.may_grow() {
+        if look.is_some_and(|(look, looks)| look < looks) {
             say_who_inspects(&manifest);
         }
     } else if let Some(holder) = holder {
@@ -103,7 +99,7 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
     } else {
         note(format!("tsc-family resume {dir} does them"));
     }
-    Ok(code(missing, tally.failed.len()))
+    Ok(code(missing, failed))
 }
 
 /// Says which command looks at the results of a growing run, and begins the next look.

@@ -12,12 +12,11 @@ use tsc_family::report::leaderboard::leaderboard;
 use tsc_family::domains;
 use tsc_family::report::{self, text};
 use tsc_family::sample::{Draw, Growth, Look, Sampling, Until};
-use tsc_family::store::audit::{Audit, Remedy};
 use tsc_family::store::dropped::{Dropped, write_dropped};
 use tsc_family::store::manifest::{Manifest, PointRow, Task};
 use tsc_family::store::record::TaskResult;
 use tsc_family::store::results::Results;
-use tsc_family::store::{Layout, StoreError};
+use tsc_family::store::{Layout, Remedy, StoreError};
 
 /// Looks at 4 and 8 point MDPs.
 pub(crate) fn growing(until: Until) -> Manifest {
@@ -82,8 +81,8 @@ fn who_is_surely_behind_drops_out_and_the_others_go_on() {
     let missing: BTreeSet<&str> = next.missing().map(|t| t.method.as_str()).collect();
     assert_eq!(missing, BTreeSet::from(["baseline", "fixed-time", "idqn"]));
     assert_eq!((next.missing().count(), next.plan().len()), (12, 28));
-    let audit = Audit::of(&layout, Manifest::read(&layout).map(Into::into), |_| false);
-    assert_eq!(audit.unwrap().missing(), 0, "the second look has not begun");
+    let begun = all.under_way(|_| false);
+    assert_eq!(begun.missing().count(), 0, "the second look has not begun");
 }
 
 #[test]
@@ -136,10 +135,9 @@ fn a_list_that_is_not_of_the_run_is_named_with_the_way_out() {
         fs::write(layout.dropped(), text).unwrap();
         let e = Results::load(&layout).unwrap_err();
         let said = e.to_string();
-        assert!(matches!(e, StoreError::Malformed { .. }), "{said}");
-        assert!(said.contains(reason) && said.contains("repeat the command"), "{said}");
-        let audit = Audit::of(&layout, Manifest::read(&layout).map(Into::into), |_| false).unwrap();
-        assert_eq!(audit.damage.iter().map(|d| d.remedy).collect::<Vec<_>>(), [Remedy::Renew]);
+        assert!(said.contains(reason) && said.contains("writes it again"), "{said}");
+        let StoreError::Damaged(damage) = e else { panic!("{said}") };
+        assert_eq!(damage.iter().map(|d| d.remedy).collect::<Vec<_>>(), [Remedy::Renew]);
     }
 }
 

@@ -18,9 +18,9 @@ use basics::files::write_atomically;
 use basics::hash::sha256;
 use basics::units::MPS_PER_MPH;
 use evaluation::run::fault::Cause;
-use evaluation::store::Layout;
 use evaluation::store::error::StoreError;
 use evaluation::store::manifest::PointRow;
+use evaluation::store::{Layout, Remedy};
 
 /// Name of the file in a results directory.
 pub const FILE: &str = "places.json";
@@ -156,9 +156,9 @@ impl Places {
     ///
     /// # Errors
     ///
-    /// [`StoreError::Renewable`] when they are damaged.
+    /// [`StoreError::Damaged`] when they are damaged.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, StoreError> {
-        let malformed = |reason: String| StoreError::Renewable { path: path.to_path_buf(), reason };
+        let malformed = |reason: String| StoreError::damaged(path, reason, Remedy::Renew);
         let mut kept: serde_json::Value =
             serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
         // Versions before had no checksum.

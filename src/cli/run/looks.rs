@@ -17,11 +17,6 @@ use crate::store::results::Results;
 const NAMED: usize = 6;
 
 /// Lets the sample of a draft grow, if that is asked for.
-///
-/// # Arguments
-///
-/// * `methods` — those that run because they were named, or where none was; without a baseline that was added.
-/// * `baseline` — the domain's, which is asked about only where it was named.
 pub(super) fn grow(
     args: &RunArgs,
     methods: &[String],
@@ -50,10 +45,6 @@ pub(super) fn grow(
 }
 
 /// Returns the results with what is to be done next in them; nothing when the run is complete, or says enough.
-///
-/// # Arguments
-///
-/// * `done` — number of tasks of the results that this command has worked on; `None` at first.
 pub(super) fn next(
     (session, problem): (&Session<'_>, &dyn Problem),
     done: Option<usize>,

@@ -9,10 +9,6 @@ use crate::seed::evaluation_of;
 use crate::store::most::MOST_EVALUATION_SEEDS;
 
 /// Reads evaluation seeds: a whole number per line; what follows a `#` is a comment.
-///
-/// # Errors
-///
-/// What is wrong with the file, with the line.
 pub(super) fn read(path: &Path) -> anyhow::Result<Vec<u64>> {
     let text = files::read_text(path, limits::DOCUMENT)?;
     let found = parse(&text).map_err(|reason| Refused(format!("{}: {reason}", path.display())));

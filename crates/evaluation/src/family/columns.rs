@@ -17,10 +17,6 @@ pub struct Columns(Vec<(String, usize)>);
 
 impl Columns {
     /// Returns the columns of a table, which has to have some and may have others.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with the names of the columns, and the way out.
     pub fn find(headers: &StringRecord, needed: &[&str]) -> Result<Self, String> {
         for (i, name) in headers.iter().enumerate() {
             if name.is_empty() {
@@ -88,48 +84,28 @@ impl Columns {
     }
 
     /// Returns a field's number; `None` if it is empty.
-    ///
-    /// # Errors
-    ///
-    /// What is there instead.
     pub fn optional(&self, row: &Row, name: &str) -> Result<Option<f64>, String> {
         let at = self.at(name);
         row.number(at).map_err(|way_out| format!("{name} = {:?}: {way_out}", row.text(at)))
     }
 
     /// Returns a field's number.
-    ///
-    /// # Errors
-    ///
-    /// What is there instead.
     pub fn number(&self, row: &Row, name: &str) -> Result<f64, String> {
         self.optional(row, name)?.ok_or_else(|| format!("{name} is empty; give a number"))
     }
 
     /// Returns a field's number of what is many, such as vehicles; `None` if it is empty.
-    ///
-    /// # Errors
-    ///
-    /// What is there instead, or both numbers that it may be: `1.500`.
     pub fn optional_count(&self, row: &Row, name: &str) -> Result<Option<f64>, String> {
         let at = self.at(name);
         row.count(at).map_err(|way_out| format!("{name} = {:?}: {way_out}", row.text(at)))
     }
 
     /// Returns a field's number of what is many, such as vehicles.
-    ///
-    /// # Errors
-    ///
-    /// What is there instead, or both numbers that it may be: `1.500`.
     pub fn count(&self, row: &Row, name: &str) -> Result<f64, String> {
         self.optional_count(row, name)?.ok_or_else(|| format!("{name} is empty; give a number"))
     }
 
     /// Returns a field's whole number.
-    ///
-    /// # Errors
-    ///
-    /// What is there instead.
     pub fn whole(&self, row: &Row, name: &str) -> Result<u32, String> {
         let wrong = || {
             let text = row.text(self.at(name));

@@ -26,10 +26,6 @@ const LETTERS: [(char, &str); 7] = [
 ];
 
 /// Returns a name as people wrote it, with one blank between words.
-///
-/// # Errors
-///
-/// What is wrong with it: nothing but blanks.
 pub fn title(what: &str, text: &str) -> Result<String, String> {
     sheet::name(text).ok_or_else(|| format!("{what} {text:?}: expected a name or a number"))
 }
@@ -58,10 +54,6 @@ pub fn safe_id(title: &str) -> String {
 }
 
 /// Checks that an id is safe as a file name.
-///
-/// # Errors
-///
-/// What was expected, after what the id is of and the id itself.
 pub fn check_id(what: &str, id: &str) -> Result<(), String> {
     let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if RESERVED.iter().any(|reserved| id.eq_ignore_ascii_case(reserved)) {

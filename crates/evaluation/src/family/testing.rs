@@ -2,8 +2,7 @@
 
 use super::{Feature, MdpFamily, PointMdp};
 
-/// Returns a family like a city's: 164 point MDPs on a grid of six features, a few of which hold most of the
-/// importance.
+/// Returns a family like a city's: 164 point MDPs on a grid of six features, a few of which hold most of the importance.
 pub(crate) fn city() -> MdpFamily {
     grid("city", 164, 0.97)
 }

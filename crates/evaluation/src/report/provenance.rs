@@ -23,7 +23,7 @@ pub(super) fn provenance(data: &Report) -> Vec<Value> {
     [
         ("command", p.command.clone()),
         ("tsc-family", format!("{} (git {}, {})", i.tsc_family, p.git, p.rustc)),
-        ("builds", data.results.builds().several().unwrap_or_default()),
+        ("builds", data.results.several_builds().unwrap_or_default()),
         ("simulator", i.simulator.clone()),
         ("host", p.host.clone()),
         ("started", p.started.clone()),

@@ -76,7 +76,7 @@ pub fn notes(data: &Report) -> Vec<String> {
         notes.push(format!("{count} on what was evaluated: the page has them beside the ranking."));
     }
     // A comparison says first which builds there are.
-    notes.extend(data.results.builds().warning().filter(|_| data.runs.is_none()));
+    notes.extend(data.results.warning_of_builds().filter(|_| data.runs.is_none()));
     notes.extend(summaries::disagreements(data));
     notes.extend(first::fragile(data));
     notes.extend(first::policies(data));

@@ -34,10 +34,6 @@ const FOLDERS: [&str; 4] = ["done", "models", "ckpt", "before"];
 const NUMBERED: [&str; 2] = ["logs", "jobs"];
 
 /// Returns what stands between an existing run and a larger one, in words; `None` if the existing one can be added to.
-///
-/// # Arguments
-///
-/// * `change` — what may differ.
 pub(super) fn obstacle(there: &Identity, now: &Identity, change: Change<'_>) -> Option<String> {
     let replaced = change.replaced;
     let mut same = now.clone();
@@ -112,15 +108,6 @@ pub(super) fn obstacle(there: &Identity, now: &Identity, change: Change<'_>) -> 
 }
 
 /// Adds to a results directory, and returns how many of its records stay.
-///
-/// # Arguments
-///
-/// * `tasks` — those of the new manifest.
-/// * `replaced` — methods whose records are to be computed again.
-///
-/// # Errors
-///
-/// [`StoreError`] when a record is damaged, jobs of a batch system may still add records, or the disk is at fault.
 pub(super) fn add(
     layout: &Layout,
     there: &Manifest,
@@ -195,12 +182,7 @@ pub(super) fn is_replacing(layout: &Layout, tasks: &[Task], replaced: &[String])
         && tasks.iter().any(|t| replaced.contains(&t.method) && !layout.record(t.task).exists())
 }
 
-/// Takes the records of another run along that are of tasks of this one, where these have none yet. Without models: what
-/// was learned stays where it is.
-///
-/// # Errors
-///
-/// [`StoreError`] when a record here is damaged or cannot be written.
+/// Takes the records of another run along that are of tasks of this one, where these have none yet.
 pub(super) fn take_along(
     from: &Results,
     layout: &Layout,
@@ -219,10 +201,6 @@ pub(super) fn take_along(
 }
 
 /// Puts new files into the places of old ones, where that was begun; removes what was not complete.
-///
-/// # Errors
-///
-/// [`StoreError::Io`] when the directory cannot be written.
 pub(super) fn finish(layout: &Layout) -> Result<(), StoreError> {
     let adding = Layout::new(layout.adding());
     if !adding.root().exists() {

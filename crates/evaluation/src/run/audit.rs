@@ -10,127 +10,117 @@ use super::domain::{Domain, Spoilt};
 use super::error::RunError;
 use super::method::{Training, find};
 use super::model::SavedModel;
-use crate::store::Layout;
-use crate::store::audit::{Audit, Damage, Remedy};
 use crate::store::manifest::Task;
+use crate::store::results::Results;
+use crate::store::{Damage, Layout, Remedy};
 use learners::nn::archive::{Archive, ArchiveError};
 
-/// What there is beside the records.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// What there is beside the records, and is sound.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Beside {
-    /// Sound models.
+    /// Models.
     pub models: usize,
     /// Models of finished tasks that are not there.
     pub no_models: usize,
-    /// Sound checkpoints of tasks in progress.
+    /// Checkpoints of tasks in progress.
     pub checkpoints: usize,
     /// Point MDPs whose prepared files are as planned.
     pub prepared: usize,
     /// Point MDPs whose prepared files are not there at all.
     pub unprepared: usize,
+    /// What is damaged.
+    pub damage: Vec<Damage>,
 }
 
-/// Adds to an audit what is damaged beside the records, and returns what is not.
-///
-/// # Arguments
-///
-/// * `prepared` — folder of what was prepared.
-///
-/// # Errors
-///
-/// [`RunError::Io`] when the disk is at fault.
-pub fn audit_beside(
-    domain: &dyn Domain,
-    layout: &Layout,
-    prepared: &Path,
-    audit: &mut Audit,
-) -> Result<Beside, RunError> {
-    let mut beside = Beside::default();
-    let looked = audit.tasks.par_iter().map(|task| looked(layout, task));
-    let looked = looked.collect::<Result<Vec<_>, RunError>>()?;
-    let mut damage = Vec::new();
-    let learns = |task: &Task| {
-        find(domain.methods(), &task.method).is_ok_and(|m| m.training == Training::Learned)
-    };
-    for (task, (model, checkpoint)) in audit.tasks.iter().zip(looked) {
-        match model {
-            File::Sound => beside.models += 1,
-            File::Damaged(found) => damage.push(found),
-            File::None if learns(task) && audit.done.contains(&task.task) => beside.no_models += 1,
-            File::None => {}
+impl Beside {
+    /// Reads what a run has beside its records.
+    ///
+    /// # Arguments
+    ///
+    /// * `results` — all of the run.
+    /// * `prepared` — folder of what was prepared.
+    pub fn read(
+        domain: &dyn Domain,
+        layout: &Layout,
+        prepared: &Path,
+        results: &Results,
+    ) -> Result<Self, RunError> {
+        let mut beside = Self::default();
+        let tasks = results.plan().par_iter();
+        let files = tasks.map(|task| Ok((model(layout, task)?, checkpoint(layout, task)?)));
+        let files = files.collect::<Result<Vec<_>, RunError>>()?;
+        let learns = |task: &Task| {
+            find(domain.methods(), &task.method).is_ok_and(|m| m.training == Training::Learned)
+        };
+        for ((task, record), (model, checkpoint)) in results.rows().zip(files) {
+            match model {
+                Some(Ok(())) => beside.models += 1,
+                Some(Err(damage)) => beside.damage.push(damage),
+                None => beside.no_models += usize::from(record.is_some() && learns(task)),
+            }
+            match checkpoint {
+                Some(Err(damage)) => beside.damage.push(damage),
+                found => beside.checkpoints += usize::from(found.is_some()),
+            }
         }
-        match checkpoint {
-            File::Sound => beside.checkpoints += 1,
-            File::Damaged(found) => damage.push(found),
-            File::None => {}
-        }
-    }
-    // Several point MDPs can share a file.
-    let mut named = BTreeSet::new();
-    for point in audit.manifest.iter().flat_map(|manifest| &manifest.identity.points) {
-        let spoilt = domain.spoilt(point, prepared);
-        if spoilt.is_empty() {
-            beside.prepared += 1;
-        } else if spoilt.len() == point.sha256.len()
-            && spoilt.iter().all(|s| !s.is_there && s.is_made)
-        {
-            beside.unprepared += 1;
-        } else {
-            let new = spoilt.into_iter().filter(|s| named.insert(s.path.clone()));
-            damage.extend(new.map(|Spoilt { path, is_there, is_made }| {
-                let what = if is_there { "was altered" } else { "was deleted" };
-                let remedy = if is_made { Remedy::Rebuild } else { Remedy::Restore };
-                Damage { path, reason: format!("it {what} since the run was planned"), remedy }
-            }));
-        }
-    }
-    audit.damage.extend(damage);
-    Ok(beside)
-}
-
-/// What was found of a file.
-enum File {
-    None,
-    Sound,
-    Damaged(Damage),
-}
-
-/// Returns what was found of a task's model and checkpoint.
-fn looked(layout: &Layout, task: &Task) -> Result<(File, File), RunError> {
-    let path = layout.model(task.task);
-    let model = if path.exists() {
-        match SavedModel::read(&path) {
-            Ok(SavedModel { card, .. })
-                if (&*card.method, &*card.point, card.replicate, card.seed)
-                    != (&*task.method, &*task.point, task.replicate, task.seed) =>
+        // Several point MDPs can share a file.
+        let mut named = BTreeSet::new();
+        for point in &results.manifest.identity.points {
+            let spoilt = domain.spoilt(point, prepared);
+            if spoilt.is_empty() {
+                beside.prepared += 1;
+            } else if spoilt.len() == point.sha256.len()
+                && spoilt.iter().all(|s| !s.is_there && s.is_made)
             {
-                let reason = format!("it is of {} on {}", card.method, card.point);
-                File::Damaged(Damage { path, reason, remedy: Remedy::Repeat(task.task) })
+                beside.unprepared += 1;
+            } else {
+                let new = spoilt.into_iter().filter(|s| named.insert(s.path.clone()));
+                beside.damage.extend(new.map(|Spoilt { path, is_there, is_made }| {
+                    let what = if is_there { "was altered" } else { "was deleted" };
+                    let remedy = if is_made { Remedy::Rebuild } else { Remedy::Restore };
+                    Damage { path, reason: format!("it {what} since the run was planned"), remedy }
+                }));
             }
-            Ok(_) => File::Sound,
-            Err(RunError::Model { reason, .. }) => {
-                File::Damaged(Damage { path, reason, remedy: Remedy::Repeat(task.task) })
-            }
-            Err(e) => return Err(e),
         }
-    } else {
-        File::None
+        Ok(beside)
+    }
+}
+
+/// Whether a file is sound, or what is wrong with it; `None` where there is none.
+type Found = Option<Result<(), Damage>>;
+
+fn model(layout: &Layout, task: &Task) -> Result<Found, RunError> {
+    let path = layout.model(task.task);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let reason = match SavedModel::read(&path) {
+        Ok(SavedModel { card, .. })
+            if (&*card.method, &*card.point, card.replicate, card.seed)
+                == (&*task.method, &*task.point, task.replicate, task.seed) =>
+        {
+            return Ok(Some(Ok(())));
+        }
+        Ok(SavedModel { card, .. }) => format!("it is of {} on {}", card.method, card.point),
+        Err(RunError::Model { reason, .. }) => reason,
+        Err(e) => return Err(e),
     };
+    Ok(Some(Err(Damage { path, reason, remedy: Remedy::Retrain })))
+}
+
+fn checkpoint(layout: &Layout, task: &Task) -> Result<Found, RunError> {
     let path = layout.checkpoint(task.task);
-    let checkpoint = if path.exists() {
-        let damaged =
-            |reason| File::Damaged(Damage { path: path.clone(), reason, remedy: Remedy::Discard });
-        match Archive::read(&path) {
-            Ok(archive) if archive.get::<String>(KIND).is_ok_and(|kind| kind == CHECKPOINT) => {
-                File::Sound
-            }
-            Ok(_) => damaged("it is not a checkpoint".to_owned()),
-            Err(ArchiveError::Io(e)) => return Err(e.into()),
-            Err(ArchiveError::Foreign { reason, .. }) => damaged(reason),
-            Err(e) => damaged(e.to_string()),
+    if !path.exists() {
+        return Ok(None);
+    }
+    let reason = match Archive::read(&path) {
+        Ok(archive) if archive.get::<String>(KIND).is_ok_and(|kind| kind == CHECKPOINT) => {
+            return Ok(Some(Ok(())));
         }
-    } else {
-        File::None
+        Ok(_) => "it is not a checkpoint".to_owned(),
+        Err(ArchiveError::Io(e)) => return Err(e.into()),
+        Err(ArchiveError::Foreign { reason, .. }) => reason,
+        Err(e) => e.to_string(),
     };
-    Ok((model, checkpoint))
+    Ok(Some(Err(Damage { path, reason, remedy: Remedy::Discard })))
 }

@@ -148,11 +148,6 @@ pub(super) struct Kept {
 }
 
 /// Returns the checkpoint of a task as that of its place in a larger run; `None` where the run has none that could be used.
-///
-/// # Arguments
-///
-/// * `from` — the sha256 of the run's manifest, and the number of the task there.
-/// * `to` — the same of the larger run.
 pub(super) fn moved(layout: &Layout, from: (&str, usize), to: (&str, usize)) -> Option<Vec<u8>> {
     let path = layout.checkpoint(from.1);
     if !path.exists() {
@@ -200,10 +195,6 @@ impl Keeper {
     }
 
     /// Writes a checkpoint over the last one.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when it cannot be written; the last one is still there.
     pub(super) fn keep(
         &mut self,
         mut state: Archive,
@@ -228,10 +219,6 @@ impl Keeper {
     }
 
     /// Returns the learner's state and the task's part of the checkpoint; `None` without one.
-    ///
-    /// # Errors
-    ///
-    /// A sentence for people, naming the file, when there is one that cannot be used.
     pub(super) fn restore(&self) -> Result<Option<(Archive, Kept)>, String> {
         let path = self.path();
         if !path.exists() {
@@ -260,10 +247,6 @@ impl Keeper {
     }
 
     /// Removes the checkpoint, if there is one.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when it cannot be removed.
     pub(super) fn remove(&self) -> Result<(), FileError> {
         remove_checkpoint(&self.layout, self.stamp.task)
     }

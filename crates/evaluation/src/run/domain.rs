@@ -74,10 +74,6 @@ pub trait Domain: Sync {
     fn methods(&self) -> &[Method];
 
     /// Returns what a method consists of that somebody added to the domain; `None` for those that it has itself.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when a file of it cannot be read.
     fn own(&self, method: &str) -> Result<Option<OwnMethod>, FileError> {
         let _ = method;
         Ok(None)
@@ -96,10 +92,6 @@ pub trait Domain: Sync {
     -> Result<Box<dyn Trial>, TrialError>;
 
     /// Says why trials cannot work in a results directory or with prepared files of this path; `Ok` where they can.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with the path, and the way out.
     fn check_path(&self, path: &Path) -> Result<(), String> {
         let _ = path;
         Ok(())
@@ -147,10 +139,6 @@ pub trait Domain: Sync {
     /// # Arguments
     ///
     /// * `settings` — the scenario's, as in the manifest.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with the settings, in words.
     fn efforts(&self, settings: &Value) -> Result<Box<EffortOf>, String>;
 
     /// Returns what the card of a model says beside what evaluation knows: the settings that it takes
@@ -167,10 +155,6 @@ pub trait Domain: Sync {
 /// # Arguments
 ///
 /// * `domains` — those that it may be of.
-///
-/// # Errors
-///
-/// [`RunError::Domain`] when it is of none of them.
 pub fn domain_of<'a>(
     domains: &[&'a dyn Domain],
     layout: &Layout,
@@ -279,10 +263,6 @@ pub trait Trial {
 
     /// Checks that what was read is still what was planned; asked for when the task is over, before anything of
     /// it counts.
-    ///
-    /// # Errors
-    ///
-    /// [`TrialError::Machine`] when it is not, [`TrialError::Disturbed`] when it is again.
     fn verify(&self) -> Result<(), TrialError> {
         Ok(())
     }
@@ -359,10 +339,6 @@ pub trait Course {
     /// # Arguments
     ///
     /// * `simulator_s` — wall-clock time within the simulator so far, seconds.
-    ///
-    /// # Errors
-    ///
-    /// [`CheckpointError`] when it cannot be written, or when it was and the task is to stop.
     fn checkpoint(
         &mut self,
         state: &dyn Fn() -> Archive,

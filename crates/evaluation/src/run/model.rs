@@ -60,15 +60,6 @@ pub struct ModelCard {
 }
 
 /// Returns the card of a task that has been evaluated.
-///
-/// # Arguments
-///
-/// * `record` — the task's record, which is not committed yet.
-/// * `baseline` — the baseline's mean objective on the evaluation seeds.
-///
-/// # Errors
-///
-/// What is missing that the card has to say.
 pub(super) fn card(
     domain: &dyn Domain,
     identity: &Identity,
@@ -108,10 +99,6 @@ pub(super) fn card(
 }
 
 /// Writes a model with its card.
-///
-/// # Errors
-///
-/// [`FileError`] when the results directory cannot be written.
 pub(super) fn write(
     layout: &Layout,
     task: &Task,
@@ -160,10 +147,6 @@ impl SavedModel {
     }
 
     /// Returns the model that an archive is; the path is for messages.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError::Model`] when it is no model.
     pub fn of(path: &Path, mut archive: Archive) -> Result<Self, RunError> {
         let fail = |reason: String| RunError::Model { path: path.to_path_buf(), reason };
         match archive.get::<String>(KIND) {

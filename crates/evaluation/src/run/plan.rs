@@ -1,6 +1,7 @@
 //! What a run consists of, decided completely before the first task.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use super::add;
 use super::domain::{Domain, Prepared, Problem};
@@ -10,8 +11,8 @@ use crate::family::Feature;
 use crate::sample::looks::{halves, looks};
 use crate::sample::{Choice, Design, Growth, SampleError, SamplePlan, Until};
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
-use crate::store::results::sound_records;
-use crate::store::{Layout, SCHEMA_VERSION, StoreError, most};
+use crate::store::results::Results;
+use crate::store::{Layout, Remedy, SCHEMA_VERSION, StoreError, most};
 use basics::files::write_atomically;
 use basics::seed;
 
@@ -269,9 +270,12 @@ pub fn establish(
         return Ok(Established { manifest, kept: Some(kept) });
     };
     // Records of this very run: then what is of another one is the manifest beside them.
-    let records = sound_records(layout, tasks, &manifest.sha256())?;
+    let records = Results::inspect(layout, &Arc::new(manifest))?.0.done().count();
     if records > 0 {
-        return Err(StoreError::OtherManifest { path: layout.manifest(), records });
+        let reason = format!(
+            "it is not the manifest of the records beside it, {records} of which are of this run"
+        );
+        return Err(StoreError::damaged(layout.manifest(), reason, Remedy::Begin));
     }
     let (path, command) = (layout.root().to_path_buf(), existing.provenance.command);
     Err(StoreError::Mismatch { path, difference, command })

@@ -127,10 +127,6 @@ impl Default for Selection {
 
 impl Selection {
     /// Returns that of a manifest's settings.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with them, in words.
     pub fn of(settings: &Value) -> Result<Self, String> {
         match settings.get(SECTION) {
             None => Ok(Self::default()),

@@ -115,10 +115,6 @@ pub fn reopen<'a>(
 /// * `from` — the other run; packed records are read as they are.
 /// * `identity` — what the new run is; its methods may be known to `domain` alone.
 /// * `out` — its results directory.
-///
-/// # Errors
-///
-/// [`RunError`] when the folder holds another run or is in use, or a record cannot be read or written.
 pub fn open_after<'a>(
     domain: &'a dyn Domain,
     from: &Results,
@@ -158,10 +154,6 @@ pub fn now() -> String {
 
 impl Session<'_> {
     /// Removes the records of failed tasks, so that they are tried again.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError`] when the directory cannot be read or written.
     pub fn forget_failed(&self) -> Result<(), RunError> {
         let all = Results::load_known(&self.layout, &self.manifest)?;
         for (task, _) in all.failed() {
@@ -174,10 +166,6 @@ impl Session<'_> {
 
     /// Writes for reports which point MDPs of a sample stand for those that are not in it; of a sample that grows, this is
     /// to be repeated at every look.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError`] when the directory cannot be written.
     pub fn stand_in(&self, problem: &dyn Problem, sample: &SamplePlan) -> Result<(), RunError> {
         let stands = stands(problem.family(), sample);
         problem.write_for_reports(&self.layout, &stands).map_err(RunError::Prepare)
@@ -221,10 +209,6 @@ impl Session<'_> {
     /// # Arguments
     ///
     /// * `todo` — such as [`Results::missing`].
-    ///
-    /// # Errors
-    ///
-    /// [`RunError`] when the tasks cannot be done at all, or a record cannot be written.
     pub fn work(
         &self,
         todo: &[Task],

@@ -70,22 +70,13 @@ impl<'a> TaskRun<'a> {
         }
     }
 
-    /// Removes a checkpoint that the method could not use, so that another attempt starts from the
-    /// beginning.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when it cannot be removed.
+    /// Removes a checkpoint that the method could not use, so that another attempt starts from the beginning.
     pub(super) fn forget(&self) -> Result<(), FileError> {
         if self.resumed { self.keeper.remove() } else { Ok(()) }
     }
 
-    /// Evaluates a trial: chooses among the policies that validation has kept and the last one, and plays the chosen one
-    /// on the held-out seeds; the last one too, where another is chosen.
-    ///
-    /// # Errors
-    ///
-    /// [`TrialError`] when an episode fails.
+    /// Evaluates a trial: chooses among the policies that validation has kept and the last one, and plays the chosen one on the
+    /// held-out seeds; the last one too, where another is chosen.
     pub(super) fn evaluate(
         &mut self,
         trial: &mut dyn Trial,
@@ -100,13 +91,8 @@ impl<'a> TaskRun<'a> {
         self.hold_out(trial, seeds, RowKind::Evaluation)
     }
 
-    /// Plays the held-out seeds with a model, whose task has a record on fewer of them; `None` where the model does not
-    /// repeat the episodes of that record. Of the last policy, where another was chosen, there is no model: its episodes
-    /// stay those of the record.
-    ///
-    /// # Errors
-    ///
-    /// [`TrialError`] when an episode fails or the model does not fit.
+    /// Plays the held-out seeds with a model, whose task has a record on fewer of them; `None` where the model does not repeat
+    /// the episodes of that record.
     pub(super) fn play_more(
         &mut self,
         trial: &mut dyn Trial,

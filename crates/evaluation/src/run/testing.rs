@@ -19,8 +19,7 @@ use crate::store::record::Metrics;
 use basics::files::FileError;
 use learners::nn::archive::{Archive, ArchiveError};
 
-/// A method that learns nothing, but is never twice the same: its scores follow a state that every
-/// episode changes.
+/// A method that learns nothing, but is never twice the same: its scores follow a state that every episode changes.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Counting {
     /// Episodes of training.

@@ -15,7 +15,7 @@ use super::stop::Stop;
 use super::task_run::{TaskRun, held_out};
 use crate::store::manifest::{Identity, Manifest, PointRow, Task};
 use crate::store::record::{Metrics, Record, Row, RowKind, TaskResult, mean_metrics};
-use crate::store::{Layout, StoreError};
+use crate::store::{Layout, Remedy, StoreError};
 use basics::files::numbers::{check_all, is_usable};
 use learners::nn::archive::Archive;
 
@@ -130,7 +130,7 @@ fn kept(layout: &Layout, task: &Task, manifest: &str) -> Option<(Record, Archive
 fn point_of<'a>(identity: &'a Identity, task: &Task) -> Result<&'a PointRow, StoreError> {
     identity.points.iter().find(|p| *p.point == *task.point).ok_or_else(|| {
         let reason = format!("task {} is on {}, which it does not have", task.task, task.point);
-        StoreError::Malformed { path: "manifest.json".into(), reason }
+        StoreError::damaged("manifest.json", reason, Remedy::Begin)
     })
 }
 
@@ -172,8 +172,7 @@ fn numbers(rows: &[Row], objective: &str) -> Result<(), TrialError> {
     check_all(&mean_metrics(rows)).or_else(|reason| failed(format!("mean of {reason}")))
 }
 
-/// Returns the baseline's mean objective on the seeds of a task, recorded or else measured now; `None`
-/// without a baseline.
+/// Returns the baseline's mean objective on the seeds of a task, recorded or else measured now; `None` without a baseline.
 fn baseline_objective(
     domain: &dyn Domain,
     identity: &Identity,

@@ -11,7 +11,7 @@ use super::work::{Workplace, do_task};
 use crate::store::manifest::{Identity, Manifest, Task};
 use crate::store::record::Record;
 use crate::store::scratch::Scratch;
-use crate::store::{Layout, StoreError};
+use crate::store::{Layout, Remedy, StoreError};
 
 /// Which task, and how.
 #[derive(Debug, Clone)]
@@ -35,10 +35,6 @@ pub struct Errand {
 /// # Arguments
 ///
 /// * `domains` — those that the directory may be of.
-///
-/// # Errors
-///
-/// [`RunError`] when the directory cannot be read, and those of [`do_task`].
 pub fn serve(
     domains: &[&dyn Domain],
     dir: &Path,
@@ -48,8 +44,8 @@ pub fn serve(
     let layout = Layout::new(dir);
     let manifest = Manifest::read(&layout)?;
     if errand.manifest.as_ref().is_some_and(|sha256| *sha256 != manifest.sha256()) {
-        let reason = "it is another one than when the run began".to_owned();
-        return Err(StoreError::Manifest { path: layout.manifest(), reason }.into());
+        let reason = "it is another one than when the run began";
+        return Err(StoreError::damaged(layout.manifest(), reason, Remedy::Begin).into());
     }
     let domain = domain_of(domains, &layout, &manifest.identity)?;
     let task = task_of(dir, &manifest.identity, errand.task)?;

@@ -69,8 +69,7 @@ pub fn cluster(rows: &[Vec<f64>], k: usize, seed: u64) -> Clustering {
         .expect("there is at least one restart")
 }
 
-/// Returns the representatives of `k` clusters, in the order of the rows: index, importance of
-/// the cluster, size of the cluster.
+/// Returns the representatives of `k` clusters, in the order of the rows: index, importance of the cluster, size of the cluster.
 pub(super) fn representatives(
     features: &[Vec<f64>],
     importance: &[f64],

@@ -160,6 +160,11 @@ impl SamplePlan {
         Some(Self { budget, draws, ..self.clone() })
     }
 
+    /// Returns which look this is, from 1, and how many there may be; `None` where it does not grow.
+    pub fn look_of(&self) -> Option<(usize, usize)> {
+        Some((self.look()? + 1, self.growth.as_ref()?.looks.len()))
+    }
+
     /// Returns the first look, counted from 0, that has all of some point MDPs; `None` where the sample does not grow.
     pub fn first_look_with(&self, points: &BTreeSet<&str>) -> Option<(usize, &Look)> {
         let looks = &self.growth.as_ref()?.looks;

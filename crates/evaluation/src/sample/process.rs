@@ -30,10 +30,6 @@ pub(super) struct Places(Vec<Vec<f64>>);
 
 impl Process {
     /// Returns where point MDPs lie.
-    ///
-    /// # Arguments
-    ///
-    /// * `rows` — the columns of the design, standardised; a row per point MDP.
     pub(super) fn places(&self, rows: &[Vec<f64>]) -> Places {
         Places::new(rows, &self.length_scales)
     }

@@ -282,8 +282,7 @@ mod tests {
         Design { inputs: vec![input("a"), input("b")], points, process: None }.modelled()
     }
 
-    /// Point MDPs at -1, 0 and 1 in a column, half as alike as they can be when they are neighbours, with a nugget of
-    /// one half.
+    /// Point MDPs at -1, 0 and 1 in a column, half as alike as they can be when they are neighbours, with a nugget of one half.
     fn three() -> Design {
         let point = |i: usize| DesignPoint {
             point: format!("p{i}"),

@@ -29,8 +29,7 @@ pub(super) fn with_replacement(importance: &[f64], budget: usize, seed: u64) -> 
         .collect()
 }
 
-/// M2: successive draws by the importance of the point MDPs that are left; weights are the
-/// importance, renormalised.
+/// M2: successive draws by the importance of the point MDPs that are left; weights are the importance, renormalised.
 pub(super) fn without_replacement(importance: &[f64], budget: usize, seed: u64) -> Vec<Chosen> {
     let mut rng = ChaCha8Rng::seed_from_u64(derive(seed, &["sample", "without-replacement"]));
     let mut left = importance.to_vec();

@@ -35,8 +35,7 @@ fn table(of: &str, name: &str, section: &dyn Section, preset: Option<Preset<'_>>
     )
 }
 
-/// Returns a default as TOML has it: a table of numbers in one line. JSON and TOML write everything else alike. The crate
-/// `toml` would sort the names, and write 1e-8 in full.
+/// Returns a default as TOML has it: a table of numbers in one line.
 fn toml(json: &str) -> String {
     let Some(fields) = json.strip_prefix('{').and_then(|rest| rest.strip_suffix('}')) else {
         return json.to_owned();

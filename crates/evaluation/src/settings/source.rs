@@ -15,19 +15,11 @@ pub fn file_of(scenario: &str) -> PathBuf {
 }
 
 /// Returns the text of a table, whatever its encoding.
-///
-/// # Errors
-///
-/// [`FamilyError`] when it cannot be read.
 pub fn read_text(path: &Path) -> Result<String, FamilyError> {
     read(path, limits::TABLE)
 }
 
 /// Returns the text of the file of a scenario, whatever its encoding.
-///
-/// # Errors
-///
-/// [`FamilyError`] when it cannot be read.
 pub fn read_scenario(path: &Path) -> Result<String, FamilyError> {
     read(path, limits::SCENARIO)
 }

@@ -15,10 +15,6 @@ impl Record {
     /// The task's checkpoint is of no use any more and is removed: after the record of a success, so
     /// that nothing is lost if this process is killed in between; before that of a failure, so that
     /// whoever removes the record to try again starts from the beginning.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when the directory cannot be written or is full; nothing is left behind.
     pub fn commit(&self, layout: &Layout) -> Result<(), FileError> {
         if self.summary.outcome == Outcome::Failed {
             remove_checkpoint(layout, self.summary.task)?;
@@ -53,10 +49,6 @@ impl Record {
 }
 
 /// Removes what a training has left to go on from, if anything.
-///
-/// # Errors
-///
-/// [`FileError`] when it is there and cannot be removed.
 pub fn remove_checkpoint(layout: &Layout, task: usize) -> Result<(), FileError> {
     for path in [layout.checkpoint(task), layout.before(task)] {
         beneath(layout.root(), &path)?;

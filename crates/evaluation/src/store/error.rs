@@ -1,8 +1,64 @@
 //! Why a results directory cannot be used.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use basics::files::FileError;
+
+/// A file that cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Damage {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub reason: String,
+    /// What to do.
+    pub remedy: Remedy,
+}
+
+/// What to do with a damaged file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Remedy {
+    /// Without it, its task is done again, to the same record.
+    Repeat,
+    /// Without it and its record, its task is done again.
+    Retrain,
+    /// Nothing but time is lost without it.
+    Discard,
+    /// The command that began the run writes it again.
+    Renew,
+    /// The command that began the run builds it again, once it is gone.
+    Rebuild,
+    /// It comes from a copy, or from the command that began the run once it is away.
+    Begin,
+    /// It can only come from a copy.
+    Restore,
+}
+
+impl fmt::Display for Remedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Repeat => "delete the file and run again: only this task is repeated",
+            Self::Retrain => {
+                "delete it and the record of this number, and run again: only this task is repeated"
+            }
+            Self::Discard => "delete it; the training starts from the beginning",
+            Self::Renew => "delete it, and the next `tsc-family run` writes it again",
+            Self::Rebuild => "delete its folder; the command of the run builds it again",
+            Self::Begin => {
+                "restore it from a copy, or move it away and repeat the command that began the run, which writes it \
+                 again and keeps the records"
+            }
+            Self::Restore => "restore it from a copy",
+        })
+    }
+}
+
+impl fmt::Display for Damage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}; {}", self.path.display(), self.reason, self.remedy)
+    }
+}
 
 /// Why a results directory cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -28,88 +84,9 @@ pub enum StoreError {
         /// Version understood.
         expected: u32,
     },
-    /// A manifest that is damaged.
-    #[error(
-        "{}: {reason}; restore it from a copy, or move it away and repeat the command that began the run, which \
-         writes it again and keeps the records",
-        .path.display()
-    )]
-    Manifest {
-        /// The manifest.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// A file that a person wrote for reports has something else.
-    #[error("{}: {reason}; correct it, or delete it for the defaults", .path.display())]
-    Setting {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// A file that every run writes anew is damaged.
-    #[error(
-        "{}: {reason}; delete it, and the next `tsc-family run` writes it again",
-        .path.display()
-    )]
-    Renewable {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// What the sample was spread over is damaged, or of another manifest.
-    #[error(
-        "{}: {reason}; restore it from a copy, or move it away and repeat the command that began the run, which \
-         writes it again",
-        .path.display()
-    )]
-    Design {
-        /// The design.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// A file that does not parse.
-    #[error("{}: {reason}", .path.display())]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// The parser's message.
-        reason: String,
-    },
-    /// A record whose content does not match its own checksum or task.
-    #[error(
-        "{}: {reason}; delete the file and run again: only this task is repeated",
-        .path.display()
-    )]
-    Record {
-        /// The record.
-        path: PathBuf,
-        /// What does not match.
-        reason: String,
-    },
-    /// Several damaged records.
-    #[error(
-        "{} records are damaged; delete these files and run again: only their tasks are repeated:{}",
-        .0.len(),
-        .0.iter().map(|(path, reason)| format!("\n{}: {reason}", path.display())).collect::<String>()
-    )]
-    Records(Vec<(PathBuf, String)>),
-    /// A manifest that is not the one of the records beside it.
-    #[error(
-        "{}: it is not the manifest of the records beside it, which are whole ({records} of another one): it was altered \
-         or damaged, or they were copied here; restore it from a copy, or move it away and repeat the command that \
-         began the run, which writes it again; keep the records",
-        .path.display()
-    )]
-    OtherManifest {
-        /// The manifest.
-        path: PathBuf,
-        /// Records that carry the sha256 of another one.
-        records: usize,
-    },
+    /// Files that cannot be used.
+    #[error("{}", all(.0))]
+    Damaged(Vec<Damage>),
     /// The directory belongs to another run.
     #[error(
         "{} holds another run: {difference}; give another --out, or repeat the first command ({command}) \
@@ -153,4 +130,19 @@ pub enum StoreError {
     /// A file could not be read or written.
     #[error(transparent)]
     Io(#[from] FileError),
+}
+
+impl StoreError {
+    /// Returns the error of one file that cannot be used.
+    pub fn damaged(path: impl Into<PathBuf>, reason: impl ToString, remedy: Remedy) -> Self {
+        Self::Damaged(vec![Damage { path: path.into(), reason: reason.to_string(), remedy }])
+    }
+}
+
+fn all(damage: &[Damage]) -> String {
+    let lines: Vec<String> = damage.iter().map(Damage::to_string).collect();
+    match damage {
+        [_] => lines.concat(),
+        _ => format!("{} files are damaged:\n{}", damage.len(), lines.join("\n")),
+    }
 }

@@ -9,7 +9,7 @@ use super::own::OwnMethod;
 use super::{Layout, SCHEMA_VERSION, most};
 use crate::sample::{Draw, Look, SamplePlan, Sampling};
 use crate::stats::Direction;
-use crate::store::error::StoreError;
+use crate::store::error::{Remedy, StoreError};
 use basics::hash::sha256;
 use basics::seed;
 
@@ -244,7 +244,7 @@ impl Manifest {
     /// # Errors
     ///
     /// [`StoreError::NotResults`] when there is none, nor records beside it, [`StoreError::Version`] for another schema,
-    /// [`StoreError::Adding`] where a command that adds to the run was interrupted, [`StoreError::Manifest`] for anything else.
+    /// [`StoreError::Adding`] where a command that adds to the run was interrupted, [`StoreError::Damaged`] for anything else.
     pub fn read(layout: &Layout) -> Result<Self, StoreError> {
         if Layout::new(layout.adding()).manifest().exists() {
             return Err(StoreError::Adding(layout.root().to_path_buf()));
@@ -253,7 +253,7 @@ impl Manifest {
         let bytes = layout.document("manifest.json")?;
         let has_records = || layout.root().join("done").exists();
         let bytes = bytes.ok_or_else(|| match has_records() {
-            true => StoreError::Manifest { path: path.clone(), reason: "it is missing".to_owned() },
+            true => StoreError::damaged(&path, "it is missing", Remedy::Begin),
             false => StoreError::NotResults(layout.root().to_path_buf()),
         })?;
         Self::parse(&bytes, &path)
@@ -263,10 +263,9 @@ impl Manifest {
     ///
     /// # Errors
     ///
-    /// [`StoreError::Version`] for another schema, [`StoreError::Manifest`] for anything else.
+    /// [`StoreError::Version`] for another schema, [`StoreError::Damaged`] for anything else.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, StoreError> {
-        let path = path.to_path_buf();
-        let malformed = |reason: String| StoreError::Manifest { path: path.clone(), reason };
+        let malformed = |reason: String| StoreError::damaged(path, reason, Remedy::Begin);
         let version = match serde_json::from_slice::<Head>(bytes) {
             Ok(head) => head.identity.schema_version.as_u64(),
             Err(e) if e.is_data() => None,
@@ -276,7 +275,11 @@ impl Manifest {
             return Err(malformed("it has no schema version".to_owned()));
         };
         if found != u64::from(SCHEMA_VERSION) {
-            return Err(StoreError::Version { path, found, expected: SCHEMA_VERSION });
+            return Err(StoreError::Version {
+                path: path.to_path_buf(),
+                found,
+                expected: SCHEMA_VERSION,
+            });
         }
         let parsed = |e: serde_json::Error| malformed(e.to_string());
         let manifest: Self = serde_json::from_slice(bytes).map_err(parsed)?;

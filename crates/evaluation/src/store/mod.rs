@@ -19,8 +19,6 @@
 //! else follows from it and the manifest.
 
 pub mod assisting;
-pub mod audit;
-pub mod builds;
 mod commit;
 pub mod difference;
 pub mod dropped;
@@ -33,17 +31,15 @@ pub mod most;
 pub mod opaque;
 pub mod own;
 pub mod packed;
-pub mod reach;
 pub mod record;
 pub mod results;
 pub mod scratch;
-pub mod tally;
 pub mod wall;
 
 use std::path::{Path, PathBuf};
 
 pub use commit::remove_checkpoint;
-pub use error::StoreError;
+pub use error::{Damage, Remedy, StoreError};
 
 /// Version of the files in a results directory; a change of their form raises it.
 pub const SCHEMA_VERSION: u32 = 1;

@@ -21,10 +21,6 @@ const MOST_POINTS: usize = 100_000_000;
 ///
 /// * `per_point` — tasks of every point MDP.
 /// * `seeds` — evaluation episodes of every task.
-///
-/// # Errors
-///
-/// How many they are, and how many are taken.
 pub fn check(points: usize, per_point: u64, seeds: usize) -> Result<(), String> {
     let (points, seeds) = (points as u64, seeds as u64);
     let tasks = points.saturating_mul(per_point);
@@ -46,10 +42,6 @@ pub fn check(points: usize, per_point: u64, seeds: usize) -> Result<(), String> 
 }
 
 /// Checks how many trainings of a method a point MDP has.
-///
-/// # Errors
-///
-/// How many they are, and how many are taken.
 pub fn check_replicates(replicates: u32) -> Result<(), String> {
     if (1..=MOST_REPLICATES).contains(&replicates) {
         return Ok(());

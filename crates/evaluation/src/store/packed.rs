@@ -21,7 +21,7 @@ use super::opaque::Opaque;
 use super::record::{Metrics, Outcome, Record, Row, RowKind, Summary, Trained, mean_metrics};
 use super::results::Results;
 use super::wall::Wall;
-use crate::store::error::StoreError;
+use crate::store::error::{Remedy, StoreError};
 use basics::files::{self, FileError, limits, make_folder_beneath, replace, write_atomically};
 
 /// Most bytes that a run may have unpacked: what a machine holds in memory.
@@ -73,10 +73,6 @@ pub fn is_packed(layout: &Layout) -> bool {
 
 impl Layout {
     /// Returns a document of the run, from its own file or from the packed run; `None` where there is none.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError`] when it cannot be read.
     pub fn document(&self, name: &str) -> Result<Option<Vec<u8>>, StoreError> {
         let own = files::if_present(files::read(&self.root().join(name), limits::DOCUMENT))?;
         if own.is_some() || !is_packed(self) {
@@ -92,7 +88,7 @@ impl Packed {
     ///
     /// # Errors
     ///
-    /// [`StoreError::Malformed`] for a file that is damaged, or has other things.
+    /// [`StoreError::Damaged`] for a file that is damaged, or has other things.
     pub fn of(layout: &Layout) -> Result<Option<Self>, StoreError> {
         if !is_packed(layout) {
             return Ok(None);
@@ -119,12 +115,12 @@ impl Packed {
     ///
     /// # Errors
     ///
-    /// [`StoreError::Record`] for numbers that nothing can be computed with.
+    /// [`StoreError::Damaged`] for numbers that nothing can be computed with.
     pub fn record(&self, task: &Task, manifest: &str) -> Result<Option<Record>, StoreError> {
         let key = (task.method.clone(), task.point.clone(), task.replicate);
         let Some(packed) = self.records.get(&key) else { return Ok(None) };
         let record = packed.clone().unpacked(task, manifest);
-        record.check().map_err(|reason| StoreError::Record { path: self.path.clone(), reason })?;
+        record.check().map_err(|reason| damaged(&self.path, &reason))?;
         Ok(Some(record))
     }
 }
@@ -171,10 +167,6 @@ impl PackedRecord {
 }
 
 /// Packs a run into a file, which is either as before or complete; returns how many episodes it has.
-///
-/// # Errors
-///
-/// [`StoreError`] when a file of the run is damaged or the new one cannot be written.
 pub fn pack(layout: &Layout, results: &Results, to: &Path) -> Result<usize, StoreError> {
     let mut documents = BTreeMap::new();
     for name in DOCUMENTS {
@@ -197,10 +189,6 @@ pub fn pack(layout: &Layout, results: &Results, to: &Path) -> Result<usize, Stor
 }
 
 /// Turns a packed run into one that can go on, its records last; does nothing where it is not packed.
-///
-/// # Errors
-///
-/// [`StoreError`] when the packed run is damaged or the folder cannot be written.
 pub fn unpack(layout: &Layout) -> Result<(), StoreError> {
     let Some(packed) = Packed::of(layout)? else { return Ok(()) };
     let manifest = Manifest::read(layout)?;
@@ -237,8 +225,7 @@ fn documents(path: &Path, file: &mut impl BufRead) -> Result<BTreeMap<String, St
 }
 
 fn damaged(path: &Path, reason: &dyn std::fmt::Display) -> StoreError {
-    let reason = format!("{reason}; restore it from a copy");
-    StoreError::Malformed { path: path.to_path_buf(), reason }
+    StoreError::damaged(path, reason, Remedy::Restore)
 }
 
 #[cfg(test)]
@@ -314,9 +301,6 @@ mod tests {
         let (layout, _, bytes) = packed(dir.path(), &[]);
         fs::write(layout.packed(), &bytes[..bytes.len() / 2]).unwrap();
         let e = Packed::of(&layout).unwrap_err();
-        assert!(
-            matches!(&e, StoreError::Malformed { path, .. } if *path == layout.packed()),
-            "{e}"
-        );
+        assert!(matches!(&e, StoreError::Damaged(all) if all[0].path == layout.packed()), "{e}");
     }
 }

@@ -17,7 +17,7 @@ use super::opaque::Opaque;
 use super::{Layout, SCHEMA_VERSION};
 use crate::stats::Direction;
 use crate::stats::score::mean;
-use crate::store::error::StoreError;
+use crate::store::error::{Remedy, StoreError};
 use crate::store::wall::Wall;
 use basics::files::{self, limits};
 use basics::hash::hex;
@@ -225,12 +225,7 @@ impl Record {
         moved.sealed()
     }
 
-    /// Returns the record as that of a task of a comparison, with the evaluation episodes of some seeds alone. What is made
-    /// of all episodes together is left out, where some are.
-    ///
-    /// # Arguments
-    ///
-    /// * `seeds` — as rows have them.
+    /// Returns the record as that of a task of a comparison, with the evaluation episodes of some seeds alone.
     pub(crate) fn on_seeds(&self, task: &Task, seeds: &BTreeSet<u64>) -> Self {
         let mut record = self.clone();
         (record.summary.task, record.summary.method) = (task.task, task.method.to_string());
@@ -269,10 +264,6 @@ impl Record {
     }
 
     /// Reads the record of a task; `None` when there is none.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::Record`] when it is truncated, altered, or of another task or manifest.
     pub fn read(layout: &Layout, task: &Task, manifest: &str) -> Result<Option<Self>, StoreError> {
         Self::read_at(layout.record(task.task), task, manifest)
     }
@@ -287,14 +278,14 @@ impl Record {
             Ok(text) => text,
             Err(e) if e.reason.kind() == ErrorKind::NotFound => return Ok(None),
             Err(e) if e.reason.kind() == ErrorKind::InvalidData => {
-                return Err(StoreError::Record { path, reason: "not UTF-8 text".into() });
+                return Err(StoreError::damaged(path, "not UTF-8 text", Remedy::Repeat));
             }
             // A folder, a pipe or a device in its place.
             Err(e)
                 if [ErrorKind::InvalidInput, ErrorKind::IsADirectory]
                     .contains(&e.reason.kind()) =>
             {
-                return Err(StoreError::Record { path, reason: e.reason.to_string() });
+                return Err(StoreError::damaged(path, e.reason, Remedy::Repeat));
             }
             Err(e) => return Err(e.into()),
         };
@@ -302,21 +293,13 @@ impl Record {
     }
 
     /// Returns the record of a task that a text is.
-    ///
-    /// # Arguments
-    ///
-    /// * `path` — where the text is from, for messages.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::Record`] when it is truncated, altered, or of another task or manifest.
     pub(super) fn of_text(
         text: &str,
         path: &Path,
         task: &Task,
         manifest: &str,
     ) -> Result<Self, StoreError> {
-        let fail = |reason: String| StoreError::Record { path: path.to_path_buf(), reason };
+        let fail = |reason: String| StoreError::damaged(path, reason, Remedy::Repeat);
         let record = Self::parse(text).map_err(&fail)?;
         let s = &record.summary;
         if s.schema_version != SCHEMA_VERSION {
@@ -348,10 +331,6 @@ impl Record {
     }
 
     /// Returns the record that a text is, whosever it is.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with it, in words.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut lines = text.lines();
         let first = lines.next().ok_or("empty file")?;
@@ -505,7 +484,7 @@ mod tests {
             flipped[bit / 8] ^= 1 << (bit % 8);
             fs::write(&path, &flipped).unwrap();
             match Record::read(&layout, &task(), "abc") {
-                Err(StoreError::Record { .. }) => {}
+                Err(StoreError::Damaged(_)) => {}
                 read => assert_eq!(read.unwrap().unwrap(), record(1.25), "bit {bit}"),
             }
         }

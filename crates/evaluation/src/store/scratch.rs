@@ -28,10 +28,6 @@ pub struct Scratch {
 
 impl Scratch {
     /// Makes a folder for a task.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when the results directory cannot be written.
     pub fn new(layout: &Layout, task: usize) -> Result<Self, FileError> {
         let tmp = layout.tmp();
         make_folder_beneath(layout.root(), &tmp)?;
@@ -56,10 +52,6 @@ impl Scratch {
 }
 
 /// Removes what processes that were killed have left in `tmp/`.
-///
-/// # Errors
-///
-/// [`FileError`] when something cannot be removed.
 pub fn tidy_up(layout: &Layout) -> Result<(), FileError> {
     let tmp = layout.tmp();
     beneath(layout.root(), &tmp)?;

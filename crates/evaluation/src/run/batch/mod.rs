@@ -86,10 +86,6 @@ impl Submission {
     }
 
     /// Writes a script for whatever starts scripts: GNU parallel, PBS, Kubernetes' indexed jobs.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when it cannot be written.
     pub fn write_script(&self) -> Result<(), FileError> {
         let last = self.packs.saturating_sub(1);
         self.write_executable(&format!(
@@ -121,10 +117,6 @@ fn folder(results: &Path, number: usize) -> PathBuf {
 }
 
 /// Makes the folder of the next submission, writes its packs and returns its number.
-///
-/// # Errors
-///
-/// [`FileError`] when it cannot be written.
 pub fn begin(layout: &Layout, packs: &[Pack]) -> Result<usize, FileError> {
     make_folder_beneath(layout.root(), &layout.jobs())?;
     let mut number = 0;
@@ -146,10 +138,6 @@ pub fn begin(layout: &Layout, packs: &[Pack]) -> Result<usize, FileError> {
 }
 
 /// Returns the packs of a submission, each of them rows of the plan; `None` where there is none of this number.
-///
-/// # Errors
-///
-/// [`BatchError`] when it cannot be read.
 pub fn packs_of(layout: &Layout, number: usize) -> Result<Option<Vec<Vec<usize>>>, BatchError> {
     let path = folder(layout.root(), number).join("packs.jsonl");
     let Some(text) = files::if_present(files::read_text(&path, limits::DOCUMENT))? else {
@@ -166,10 +154,6 @@ pub fn packs_of(layout: &Layout, number: usize) -> Result<Option<Vec<Vec<usize>>
 }
 
 /// Returns what tells whether a task was begun: it was handed over, or something of it is kept.
-///
-/// # Errors
-///
-/// [`BatchError`] when a submission cannot be read.
 pub fn begun(layout: &Layout) -> Result<impl Fn(usize) -> bool + use<'_>, BatchError> {
     let mut handed = BTreeSet::new();
     for number in (0..MOST).take_while(|number| folder(layout.root(), *number).exists()) {

@@ -131,10 +131,6 @@ fn text(submission: &Submission) -> String {
 }
 
 /// Reads lines of the user's for jobs.
-///
-/// # Errors
-///
-/// [`BatchError`] when the file cannot be read or has anything else in it.
 pub fn lines(path: &Path) -> Result<Vec<String>, BatchError> {
     let text = files::read_text(path, limits::DOCUMENT)?;
     let mut lines = Vec::new();

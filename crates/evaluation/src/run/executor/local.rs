@@ -273,10 +273,6 @@ fn listen(
 }
 
 /// Returns why a worker was ended that used too much memory, and the ways out.
-///
-/// # Arguments
-///
-/// * `said` — the last error that is in its log, which may be the cause.
 fn too_large(used_mb: u64, limit_mb: u64, said: Option<String>) -> String {
     let way_out = match said {
         None => "if the task needs that much".to_owned(),
@@ -292,10 +288,8 @@ fn too_large(used_mb: u64, limit_mb: u64, said: Option<String>) -> String {
     )
 }
 
-/// Waits for a worker, asks it to stop when the run is to, and ends it when it does not within the grace, when nothing is
-/// heard of it, or when it uses more memory than it may.
-///
-/// Time is counted in naps and not by the clock, so that it does not count when this process was stopped itself.
+/// Waits for a worker, asks it to stop when the run is to, and ends it when it does not within the grace, when nothing is heard
+/// of it, or when it uses more memory than it may.
 fn wait(
     child: &mut Child,
     (patience, grace): (Duration, Duration),

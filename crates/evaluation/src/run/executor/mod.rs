@@ -54,10 +54,6 @@ pub enum Event {
 pub trait Executor {
     /// Does all tasks and reports events as they happen, each ending in a record or as [`Event::Undone`]; returns
     /// early, without a record for the tasks in progress, when `interrupted` becomes true.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError`] when the tasks cannot be done at all, or a record cannot be written.
     fn run(
         &self,
         tasks: &[Task],

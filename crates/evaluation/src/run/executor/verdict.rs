@@ -15,8 +15,6 @@ const NO_MEMORY: [&str; 2] = ["memory allocation of ", "std::bad_alloc"];
 const QUOTED_LINES: usize = 6;
 
 /// What stands in the last words of simulators that end for a known reason in their input, and what to do.
-///
-/// SUMO 1.15 ends where a vehicle enters a detector over several lanes otherwise than the detector expects, tried.
 const KNOWN: [(&str, &str); 1] = [(
     "MSE2Collector",
     "a detector over several lanes fails, whatever the method: give signals of type delay_based or NEMA another type or \
@@ -33,11 +31,6 @@ const BETWEEN: &str = " | ";
 const LOOKED_AT: u64 = 1 << 16;
 
 /// Returns why a worker left no record.
-///
-/// # Arguments
-///
-/// * `said` — its last words.
-/// * `log` — its standard error.
 pub(super) fn verdict(status: ExitStatus, said: Option<Failure>, log: &Path) -> Failure {
     let quoted = quoted(log);
     match said {
