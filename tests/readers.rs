@@ -19,18 +19,15 @@ use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 use readers::{READERS, Reader};
 
-/// Returns the number of mutations of all seeds of a reader together.
 fn mutations() -> usize {
     if is_nightly() { 12_000 } else { 300 }
 }
 
-/// Most bytes of a mutation.
 const MOST_BYTES: usize = 1 << 17;
 
 /// Time that a reader may take for one input, which has at most that many bytes, on a machine that is busy.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// What numbers are replaced with, and what is put between other things.
 const WORDS: [&str; 24] = [
     "0", "-1", "1e308", "-1e308", "1e-320", "18446744073709551616", "4294967296",
     "9007199254740993", "NaN", "inf", "null", "true", "\"", "'", "{", "}", "[", "]]>", "<", "&lt;",
@@ -41,7 +38,6 @@ fn fuzz() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz")
 }
 
-/// The words of all dictionaries, without what libFuzzer escapes.
 fn dictionary() -> Vec<Vec<u8>> {
     let files = fs::read_dir(fuzz()).unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<PathBuf> =
@@ -65,7 +61,6 @@ fn seeds(name: &str) -> Vec<Vec<u8>> {
     paths.iter().map(|path| fs::read(path).unwrap()).collect()
 }
 
-/// Returns a seed with some things changed.
 fn mutated(seeds: &[Vec<u8>], words: &[Vec<u8>], rng: &mut StdRng) -> Vec<u8> {
     let mut bytes = seeds.choose(rng).unwrap().clone();
     for _ in 0..rng.random_range(1..6) {
@@ -97,7 +92,6 @@ fn mutated(seeds: &[Vec<u8>], words: &[Vec<u8>], rng: &mut StdRng) -> Vec<u8> {
     bytes
 }
 
-/// Replaces the first number after a place.
 fn number(bytes: &mut Vec<u8>, at: usize, by: &[u8]) {
     let is_of_number = |b: &u8| b.is_ascii_digit() || *b == b'.';
     let Some(start) = bytes[at..].iter().position(is_of_number).map(|i| at + i) else { return };

@@ -31,7 +31,6 @@ fn runners() -> MadeUp<'static> {
     }
 }
 
-/// Writes two families of swimmers, `river` and `lake`, and one of runners, `track`.
 fn written(folder: &Path) {
     swimmers(&[&[1.0, 2.0, 3.0], &[1.0, 3.0, 2.0]]).write(&folder.join("river"));
     swimmers(&[&[0.0, 0.0, 1.0], &[5.0, 4.0, 1.0], &[1.0, 2.0, 2.0]]).write(&folder.join("lake"));

@@ -11,7 +11,6 @@ use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Manifest, Task};
 use tsc_family::store::record::TaskResult;
 
-/// Mean delay of a method on a point MDP, s.
 fn delay_s(task: &Task) -> f64 {
     let by_point = if task.point == "busy" { 40.0 } else { 0.0 };
     let by_method = match task.method.as_str() {
@@ -40,7 +39,6 @@ fn episodes(manifest: &Manifest, task: &Task, delay_s: f64) -> TaskResult {
     TaskResult { rows, ..TaskResult::default() }
 }
 
-/// Writes runs `one` and `two`, which share the baseline.
 fn two_runs(root: &Path, change: impl Fn(&mut Manifest), of_second: impl Fn(&Task) -> f64) {
     write_run(&root.join("one"), &manifest(&["baseline", "actuated", "max-pressure"]), delay_s);
     let mut second = manifest(&["baseline", "idqn", "max-pressure"]);
@@ -252,7 +250,6 @@ fn a_leaderboard_has_a_table_per_task_and_the_places_that_intervals_allow() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path();
     two_runs(&root.join("city"), |_| {}, delay_s);
-    // Other vehicles: the baseline has other records, so its run is of another table.
     write_run(&root.join("city/other"), &manifest(&["baseline", "idqn"]), |task| {
         2.0 * delay_s(task)
     });
@@ -284,7 +281,6 @@ fn a_leaderboard_has_a_table_per_task_and_the_places_that_intervals_allow() {
         "{page}"
     );
     assert!(page.contains("| actuated |") && page.contains("(city/one)"), "{page}");
-    // It replaces itself and no other file.
     succeed(root, "compare --leaderboard city --out page.md");
     fs::write(root.join("notes.md"), "mine").unwrap();
     let output = run(root, "compare --leaderboard city --out notes.md");

@@ -14,7 +14,6 @@ fn results(root: &Path) -> Layout {
     })
 }
 
-/// What `report` says of the folder, with its exit code.
 fn said(root: &Path) -> (Option<i32>, String) {
     let program = env!("CARGO_BIN_EXE_tsc-family");
     let output = Command::new(program).arg("report").arg(root).output().unwrap();

@@ -1,5 +1,4 @@
-//! Methods that drop out of a sample that grows: what is still to be done, what counts, and what a damaged list of them
-//! leads to.
+//! Methods that drop out of a sample that grows: what is to be done, what counts, what a damaged list of them leads to.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -18,7 +17,6 @@ use tsc_family::store::record::TaskResult;
 use tsc_family::store::results::Results;
 use tsc_family::store::{Layout, Remedy, StoreError};
 
-/// Looks at 4 and 8 point MDPs.
 pub(crate) fn growing(until: Until) -> Manifest {
     let mut manifest = manifest(&["baseline", "fixed-time", "idqn", "ippo"]);
     let identity = &mut manifest.identity;

@@ -13,7 +13,6 @@ use tsc_family::store::manifest::Manifest;
 use tsc_family::store::record::TaskResult;
 use tsc_family::study::{Cell, Kind, Recorded, RecordedMethod, StudyPlan, study};
 
-/// Point MDPs of the made-up family.
 const SIZE: usize = 120;
 
 /// Scores that follow the first feature, with a little that follows nothing.
@@ -79,7 +78,6 @@ fn balanced_samples_are_unbiased_and_their_intervals_cover_what_they_promise() {
         assert!(bias < 0.2 * cell.deviation + 0.001, "{:?} {bias}", cell.kind);
         let covered = cell.coverage.unwrap();
         assert!((0.85..=1.0).contains(&covered), "{:?} at {}: {covered}", cell.kind, cell.budget);
-        // An hour per point MDP; with replacement one may be drawn twice and is trained once.
         let hours = cell.cpu_hours.unwrap();
         let all = (hours - cell.budget as f64).abs() < 1e-9;
         assert!(if cell.kind == Kind::M1 { hours < cell.budget as f64 } else { all });

@@ -18,7 +18,6 @@ const REASON: &str = "training diverged: \"loss\", 1e300\nin episode 3";
 /// A baseline, a learner with two episodes of training, and a method that failed on one point MDP.
 fn results(root: &Path) -> Layout {
     let mut manifest = manifest(&["baseline", "learner", "fails", "waits"]);
-    // As a metric is called, and a column.
     manifest.identity.features[0].name = "queue_veh".into();
     manifest.identity.features[1].name = "seed".into();
     manifest.identity.points[1].title = "Main St / 5th, \"corner\"".into();

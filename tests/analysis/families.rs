@@ -19,7 +19,6 @@ pub(crate) struct MadeUp<'a> {
 }
 
 impl MadeUp<'_> {
-    /// The manifest, of which a test may change anything.
     pub(crate) fn manifest(&self) -> Manifest {
         let point = |(id, importance, size, _): &(String, f64, f64, Vec<Option<f64>>)| PointRow {
             point: id.clone(),
@@ -79,12 +78,10 @@ impl MadeUp<'_> {
         }
     }
 
-    /// Writes it as a results directory.
     pub(crate) fn write(&self, root: &Path) -> Layout {
         self.write_with(root, &self.manifest())
     }
 
-    /// Writes it under another manifest than its own.
     pub(crate) fn write_with(&self, root: &Path, manifest: &Manifest) -> Layout {
         fs::create_dir_all(root).unwrap();
         let layout = Layout::new(root);

@@ -18,7 +18,6 @@ use tsc_family::store::wall::Wall;
 /// Evaluation seeds; a manifest has the first two, unless a test gives it all.
 pub(crate) const SEEDS: [u64; 3] = [1_073_741_825, 1_073_741_826, 1_073_741_827];
 
-/// What a task brought forth, or why it failed.
 pub(crate) type Ending = Result<TaskResult, &'static str>;
 
 fn point(id: &str, importance: f64, inflow_vph: f64) -> PointRow {
@@ -88,7 +87,6 @@ pub(crate) fn manifest(methods: &[&str]) -> Manifest {
     }
 }
 
-/// Writes a results directory; a task without an ending has no record.
 pub(crate) fn write_results(
     root: &Path,
     manifest: &Manifest,
@@ -112,7 +110,6 @@ pub(crate) fn write_results(
     layout
 }
 
-/// The ending of a task with these delays, seconds.
 pub(crate) fn ended(delays_s: &[f64]) -> Option<Ending> {
     Some(Ok(TaskResult { rows: evaluations(delays_s), ..TaskResult::default() }))
 }
@@ -140,7 +137,6 @@ pub(crate) struct Written {
     pub(crate) html: String,
 }
 
-/// Writes the report on a results directory without further files.
 pub(crate) fn written(manifest: &Manifest, ending: impl Fn(&Task) -> Option<Ending>) -> Written {
     Written::new(manifest, &[], ending)
 }
@@ -179,7 +175,6 @@ impl Written {
         report::write(&self.layout, &reported(&self.layout)).unwrap();
     }
 
-    /// A file of the report.
     pub(crate) fn file(&self, name: &str) -> String {
         let path = self.paths.html.with_file_name(name);
         fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"))
@@ -219,12 +214,10 @@ impl Written {
     }
 }
 
-/// The report on a results directory.
 pub(crate) fn reported(layout: &Layout) -> Report {
     domains::report(layout, &Results::load(layout).unwrap()).unwrap()
 }
 
-/// The evaluation episodes with these delays, seconds.
 pub(crate) fn evaluations(delays_s: &[f64]) -> Vec<Row> {
     delays_s.iter().enumerate().map(row).collect()
 }
@@ -246,7 +239,6 @@ fn row((k, delay_s): (usize, &f64)) -> Row {
     Row { kind: RowKind::Evaluation, episode: k as u32, seed: SEEDS[k], metrics }
 }
 
-/// Checks that every element is closed.
 pub(crate) fn well_formed(xml: &str) {
     let mut reader = quick_xml::Reader::from_str(xml);
     let mut depth = 0i32;
@@ -291,8 +283,7 @@ pub(crate) fn words(page: &str) -> String {
     lines.filter(|l| !l.is_empty()).collect::<Vec<_>>().join("\n")
 }
 
-/// Checks that a page loads nothing from elsewhere and that its ids are unique and its links lead to
-/// them.
+/// Checks that a page loads nothing from elsewhere, that its ids are unique and its links lead to them.
 pub(crate) fn well_linked(page: &str) {
     for forbidden in ["src=", "<link", "<script ", "@import", "url(", "fetch(", "import("] {
         assert!(!page.contains(forbidden), "{forbidden}");

@@ -26,7 +26,6 @@ fn is_busy(task: &Task) -> usize {
     usize::from(task.point == "busy")
 }
 
-/// The report on methods with these delays, of which the first is the baseline.
 fn methods(delays: &[Delays<'_>]) -> Written {
     with_methods(delays, |_| {})
 }
@@ -55,7 +54,6 @@ fn few() -> Written {
     })
 }
 
-/// A snapshot of texts, one below the other.
 fn snapshot(name: &str, texts: &[String]) {
     // The manifest's own hash changes with every new field.
     insta::with_settings!({ filters => vec![("[0-9a-f]{64}", "[sha256]")] }, {
@@ -117,7 +115,6 @@ fn the_page_against_another_method_says_so_everywhere() {
     texts.extend(run.file("episodes.csv").lines().take(5).map(str::to_owned));
     snapshot("against", &texts);
     assert!(other.data.json_rows().iter().all(|row| row["against"] == "fixed-time"));
-    // Against the baseline by name is the usual report.
     assert_eq!(against(&run, "baseline").analysis, run.data.analysis);
 }
 
@@ -139,7 +136,6 @@ fn summary_csv_and_json_have_the_same_summaries() {
     }
 }
 
-/// Positions of what is measured of episodes.
 const UNFINISHED: usize = 0;
 const GRIDLOCKED: usize = 1;
 
@@ -147,7 +143,6 @@ const GRIDLOCKED: usize = 1;
 fn vehicles_that_are_left_behind_make_a_gridlock_beyond_those_of_the_baseline() {
     let run = heavy_tail();
     let of = |name: &str| run.method(name).episodes.clone();
-    // One of two seeds on both point MDPs.
     assert_eq!(of("max-pressure").shares[GRIDLOCKED], Some(0.5));
     assert_eq!(of("fixed-time").shares[GRIDLOCKED], Some(0.0));
     assert!((of("fixed-time").shares[UNFINISHED].unwrap() - 0.02).abs() < 1e-12);
@@ -204,7 +199,6 @@ const CITY: [Delays<'_>; 3] = [
     ("actuated", [[12.0, 11.0], [84.0, 85.0]]),
 ];
 
-/// A sample of two of four point MDPs.
 fn sample(manifest: &mut Manifest) {
     city(manifest);
     let sample = &mut manifest.identity.sample;
@@ -410,7 +404,6 @@ fn every_pair_and_every_place_of_many_methods_is_shown() {
     assert!(run.html.contains("<summary>All 66 pairs</summary>"));
     assert_eq!(run.file("pairs.csv").lines().count(), 67);
     assert_eq!(run.file("ranks.csv").lines().count(), 145);
-    // Every place of every method has a cell, on telephones too.
     assert_eq!(run.file("ranks.svg").matches("<rect").count(), 145);
     // A method that lacks points has pairs where both have results and no place.
     let run = many("ippo");
@@ -466,7 +459,6 @@ fn a_method_that_lacks_points_is_never_ranked_whatever_else_runs() {
     assert_eq!(ranks(&[("a", "busy"), ("b", "quiet")]), ([Some(1), None, None], false));
 }
 
-/// Training episodes of every training.
 const EPISODES: u32 = 12;
 
 fn named(metrics: &[(&str, f64)]) -> Metrics {
@@ -543,7 +535,6 @@ fn the_words_and_tables_about_training_are_these() {
     let of = |name: &str| learners.iter().find(|l| l.method.method == name).unwrap();
     assert_eq!(learners.len(), 3);
     let idqn = of("idqn");
-    // Weights are 3 to 1, replicates average first.
     assert_eq!(idqn.method.overall, Some(0.75 * 0.75 + 0.25 * (0.75 + 3.5) / 2.0));
     assert_eq!((idqn.best_episode, idqn.last_episodes), (Some(1.0), Some(1.375)));
     assert_eq!((idqn.median, idqn.worst, idqn.wall_s), (Some(0.75), Some(3.5), Some(90.0)));
@@ -705,7 +696,6 @@ fn point_mdps_have_titles_and_need_no_coordinates() {
 
 #[test]
 fn a_task_of_another_kind_knows_neither_baseline_nor_traffic() {
-    // Metres on `quiet` and `busy`.
     let distances = [("drift", [0.0, 0.25]), ("stroke", [8.0, 2.0]), ("dive", [5.0, 20.0])];
     let mut manifest = manifest(&distances.map(|(name, _)| name));
     let identity = &mut manifest.identity;
@@ -732,7 +722,6 @@ fn a_task_of_another_kind_knows_neither_baseline_nor_traffic() {
     for strange in ["delay", "vehicle", "intersection", "signal", "traffic", "SUMO"] {
         assert!(!run.html.contains(strange), "{strange}");
     }
-    // Weights are 3 to 1.
     let expected = [("dive", 9.0), ("stroke", 6.75), ("drift", 0.3125)];
     for (method, (name, overall)) in run.data.methods.iter().zip(expected) {
         assert_eq!((method.method.as_str(), method.overall), (name, Some(overall)));

@@ -38,7 +38,6 @@ fn seen(color: &str, eye: &[[f64; 3]; 3]) -> [f64; 3] {
     product(&TO_OKLAB, product(&TO_CONES, light).map(f64::cbrt))
 }
 
-/// Returns the pairs of methods whose colours some readers take for the same.
 fn alike(methods: &[Method]) -> Vec<String> {
     let mut found = Vec::new();
     for (i, a) in methods.iter().enumerate() {

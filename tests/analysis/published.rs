@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use crate::common::{run, stderr, stdout, succeed};
 use crate::nightly::is_nightly;
 
-/// The published runs.
 fn published() -> Vec<PathBuf> {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
     let folders = |folder: &Path| -> Vec<PathBuf> {
@@ -40,7 +39,6 @@ fn every_published_run_is_sound_and_reported() {
         let said = stdout(&output);
         let whole: serde_json::Value = serde_json::from_str(said.lines().last().unwrap()).unwrap();
         assert_eq!(whole["damaged"], 0, "{}: {said}", path.display());
-        // One was stopped.
         let expected = if whole["missing"] == 0 { 0 } else { 6 };
         assert_eq!(output.status.code(), Some(expected), "{}: {said}", path.display());
         succeed(folder.path(), &format!("report {number}"));

@@ -19,7 +19,6 @@ use tsc_family::traffic::control::registry::training;
 /// methods that it has of them.
 type Table = (&'static str, &'static str, usize, &'static str, Of);
 
-/// Methods of a run that a table has.
 #[derive(Clone, Copy)]
 enum Of {
     All,
@@ -60,7 +59,6 @@ fn results(name: &str) -> PathBuf {
     repository().join("results/salt-lake-city").join(name)
 }
 
-/// The methods of published results, without the baseline.
 fn methods(name: &str) -> Vec<Map<String, Value>> {
     let layout = Layout::new(results(name));
     let report = domains::report(&layout, &Results::load(&layout).unwrap()).unwrap();
@@ -143,7 +141,6 @@ fn the_leaderboard_is_what_the_records_give() {
     if is_nightly() {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("README.md");
-        // Links are those of a page beside the results.
         let results = folder.path().join("results");
         std::os::unix::fs::symlink(repository().join("results"), &results).unwrap();
         succeed(folder.path(), "compare --leaderboard results --out README.md");

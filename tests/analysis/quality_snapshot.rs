@@ -43,7 +43,6 @@ fn skip(reason: Skip, signals: usize, examples: &[i64]) -> SkipCount {
     SkipCount { reason, text, signals, examples: examples.to_vec() }
 }
 
-/// Two intersections without a list and without counts.
 fn plain() -> Quality {
     let mut ignored = Oddities::default();
     ignored.add("unusable number of lanes", || "way 17, lanes=<many>".to_owned());
@@ -80,7 +79,6 @@ fn plain() -> Quality {
     }
 }
 
-/// The same with a list and counts.
 fn listed() -> Quality {
     let mut q = plain();
     q.provenance[4] = Provenance { spread: 0.125, ..rests_on("inflow", 0.25, 0.125) };

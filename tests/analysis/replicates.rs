@@ -10,7 +10,6 @@ use tsc_family::stats::{Bootstrap, PointObjectives, Resampling, bootstrap};
 use tsc_family::store::record::TaskResult;
 use tsc_family::store::results::Results;
 
-/// Evaluation seeds per point MDP.
 const SEEDS: usize = 4;
 
 /// A bootstrap of a whole family, so that only seeds and trainings are drawn anew.

@@ -14,7 +14,6 @@ use tsc_family::store::record::{Record, TaskResult};
 /// Point MDPs of the family; each stands for three intersections.
 const POINTS: usize = 300;
 
-/// Largest page, bytes.
 const LIMIT: usize = 2_000_000;
 
 const METHODS: [&str; 6] = ["baseline", "fixed-time", "actuated", "max-pressure", "a", "b"];
@@ -49,7 +48,6 @@ fn large() -> Manifest {
     manifest
 }
 
-/// Writes the records of the family.
 fn results(root: &Path, manifest: &Manifest) -> Layout {
     let points = manifest.identity.points.iter().enumerate();
     let position: BTreeMap<&str, usize> = points.map(|(i, p)| (p.point.as_str(), i)).collect();

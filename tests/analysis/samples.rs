@@ -11,10 +11,8 @@ use tsc_family::store::manifest::{Manifest, PointRow, Task};
 use tsc_family::store::record::{Metrics, Row, RowKind, TaskResult};
 use tsc_family::store::results::Results;
 
-/// Point MDPs of the family.
 const FAMILY: usize = 164;
 
-/// Point MDPs of a sample.
 const CHOSEN: usize = 20;
 
 /// Balanced samples of point MDPs with these probabilities to be drawn, called `p0`, `p1`, ...
@@ -43,7 +41,6 @@ fn balanced(methods: &[&str], inclusion: &[f64]) -> Manifest {
     manifest
 }
 
-/// Number of a point MDP.
 fn number(task: &Task) -> usize {
     task.point[1..].parse().unwrap()
 }

@@ -108,7 +108,6 @@ fn what_methods_lack_is_said_and_left_out() {
     assert!(stderr(&refused).contains("not every method has a score on point MDP `p2`"));
 }
 
-/// Writes results that cannot be used, and some that can.
 fn odd(root: &Path) {
     swimmers().write(&root.join("river"));
     fs::create_dir(root.join("empty")).unwrap();

@@ -10,22 +10,18 @@ pub(crate) fn program(folder: &Path) -> Command {
     command
 }
 
-/// Runs the program with arguments separated by spaces.
 pub(crate) fn run(folder: &Path, args: &str) -> Output {
     program(folder).args(args.split_whitespace()).output().expect("the program starts")
 }
 
-/// Standard output as text.
 pub(crate) fn stdout(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// Standard error as text.
 pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Runs the program, which must succeed, and returns its standard output.
 pub(crate) fn succeed(folder: &Path, args: &str) -> String {
     let output = run(folder, args);
     assert!(output.status.success(), "{args}: {}", stderr(&output));

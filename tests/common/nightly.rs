@@ -1,6 +1,5 @@
 //! What is tried before a release and not at every change.
 
-/// Returns whether tests take their long form (`make nightly`).
 pub(crate) fn is_nightly() -> bool {
     std::env::var_os("NIGHTLY").is_some_and(|value| value == "1")
 }

@@ -3,7 +3,6 @@
 use super::steps::close;
 use tsc_family::cartpole::{Context, Dynamics, State, Variant, fell};
 
-/// A row of the table.
 struct Row {
     dynamics: Dynamics,
     start: bool,

@@ -1,5 +1,3 @@
-//! Steps against gymnasium's.
-
 use tsc_family::control_tasks::acrobot::Acrobot;
 use tsc_family::control_tasks::episodes::Dynamics;
 use tsc_family::control_tasks::half_cheetah::HalfCheetah;
@@ -14,7 +12,6 @@ const TOLERANCE: f64 = 1e-12;
 /// The same for whole episodes of an acrobot, in which a difference in the last digit of a sine grows.
 const DRIFT: f64 = 1e-9;
 
-/// A row of a table.
 struct Row {
     context: [f64; 3],
     start: bool,

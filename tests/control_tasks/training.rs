@@ -25,20 +25,17 @@ fn cart_pole() -> CartPole {
     CartPole::new(Dynamics::new(Context::default(), Variant::CarlCompat), GYMNASIUM_START)
 }
 
-/// Returns the mean return of so many held-out episodes.
 fn mean_return(trainer: &mut dyn Trainer, environment: &mut dyn Environment, count: u32) -> f64 {
     let mut policy = |observation: &[f32], action: &mut [f32]| trainer.act(observation, action);
     let mut total = |k| play(environment, seed::evaluation(0, k), &mut policy).total;
     (0..count).map(&mut total).sum::<f64>() / f64::from(count)
 }
 
-/// Trains, and returns the mean return of 20 held-out episodes.
 fn trained(trainer: &mut dyn Trainer, environment: &mut dyn Environment) -> f64 {
     trainer.advance(u64::MAX, &mut |k| seed::training(0, k));
     mean_return(trainer, environment, 20)
 }
 
-/// The hash of what was learned in so many steps.
 fn learned(mut trainer: impl Trainer, steps: u64) -> String {
     trainer.advance(steps, &mut |k| seed::training(7, k));
     let mut archive = Archive::default();

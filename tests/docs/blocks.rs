@@ -19,7 +19,6 @@ use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 
 use super::pages::Page;
 
-/// What is done with a block.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Kind {
     Run,
@@ -28,7 +27,6 @@ pub(crate) enum Kind {
     Text,
 }
 
-/// A code block with its marker.
 #[derive(Debug, Clone)]
 #[cfg_attr(
     not(feature = "libsumo"),
@@ -39,12 +37,10 @@ pub(crate) struct Block {
     pub(crate) kind: Kind,
     pub(crate) before: Vec<String>,
     pub(crate) instead: Vec<(String, String)>,
-    /// Page and line, for messages.
     pub(crate) place: String,
     has_prompts: bool,
 }
 
-/// Returns the code blocks of a page.
 pub(crate) fn blocks(page: &Page) -> Vec<Block> {
     let (mut found, mut marker, mut block) = (Vec::new(), String::new(), None);
     for (event, range) in Parser::new_ext(&page.text, Options::ENABLE_TABLES).into_offset_iter() {
@@ -71,7 +67,6 @@ pub(crate) fn blocks(page: &Page) -> Vec<Block> {
     found
 }
 
-/// Reads the marker of a block.
 fn marked(marker: &str, place: String, has_prompts: bool) -> Block {
     let Some(marker) = marker.trim().strip_prefix("<!-- snippet:") else {
         panic!("{place}: no marker before the block; see tests/docs/blocks.rs")
@@ -113,7 +108,6 @@ impl Block {
         lines.collect()
     }
 
-    /// Returns the arguments of every call of the program.
     pub(crate) fn calls(&self) -> Vec<Vec<String>> {
         let commands = self.commands();
         let parts = commands.iter().flat_map(|c| c.split(['|', ';', '&']));

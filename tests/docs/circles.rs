@@ -26,7 +26,6 @@ fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
     files
 }
 
-/// Returns the modules that use themselves by way of others.
 fn circle(mut uses: Uses) -> Vec<String> {
     uses.iter_mut().for_each(|(module, used)| used.retain(|name| name != module));
     loop {

@@ -17,7 +17,6 @@ use std::path::PathBuf;
 
 use pages::{Page, markdown, normal};
 
-/// Returns what is wrong with a link of a page, if anything is.
 fn dead(page: &Page, target: &str, pages: &BTreeMap<PathBuf, Page>) -> Option<String> {
     if let Some((scheme, _)) = target.split_once(':') {
         let known = ["http", "https", "mailto"].contains(&scheme);

@@ -9,17 +9,13 @@ use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 /// Folders without pages of ours.
 const OTHERS: [&str; 4] = ["target", ".git", "node_modules", "corpus"];
 
-/// A page.
 #[derive(Debug, Clone)]
 pub(crate) struct Page {
-    /// Relative to the root of the repository.
     pub(crate) path: PathBuf,
     pub(crate) text: String,
-    /// Targets of links and pictures, as written.
     pub(crate) links: Vec<String>,
     /// Code in the running text.
     pub(crate) codes: Vec<String>,
-    /// Anchors of the headings.
     pub(crate) anchors: BTreeSet<String>,
 }
 
@@ -65,7 +61,6 @@ fn anchors(titles: &[String]) -> BTreeSet<String> {
     all
 }
 
-/// Returns a path without `.` and `..`.
 pub(crate) fn normal(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for part in path.components() {
@@ -78,7 +73,6 @@ pub(crate) fn normal(path: &Path) -> PathBuf {
     out
 }
 
-/// Returns all pages of the repository by path.
 pub(crate) fn markdown() -> BTreeMap<PathBuf, Page> {
     let mut pages = BTreeMap::new();
     let mut folders = vec![PathBuf::new()];

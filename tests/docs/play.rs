@@ -11,7 +11,6 @@ use crate::blocks::{Block, Kind};
 use crate::nightly::is_nightly;
 use crate::snippets::{REPO, all_blocks};
 
-/// The folder in which the blocks of a page run.
 struct Folder {
     folder: tempfile::TempDir,
     path: std::ffi::OsString,
@@ -49,7 +48,6 @@ impl Folder {
     }
 }
 
-/// Runs the blocks of a page, from top to bottom.
 fn play(blocks: &[Block]) {
     let folder = Folder::new();
     let mut files = Vec::new();

@@ -1,5 +1,4 @@
 //! Every code block of the documentation does what it shows: commands run, files are read.
-//! What a block is, its marker says: see [`crate::blocks`].
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,7 +12,6 @@ use tsc_family::traffic::family::load::load;
 use crate::blocks::{Block, Kind, blocks};
 use crate::pages::{Page, markdown};
 
-/// Where the repository is.
 pub(crate) const REPO: &str = env!("CARGO_MANIFEST_DIR");
 
 /// Programs of others that blocks which are only parsed may start with.
@@ -43,7 +41,6 @@ fn the_program_accepts_the_arguments_of_every_call() {
     assert!(count > 20, "only {count} calls found");
 }
 
-/// Whether a word sets a variable for the command that follows, such as `JOBS=2`.
 fn is_variable(word: &str) -> bool {
     let name = word.split_once('=').map(|(name, _)| name);
     name.is_some_and(|name| name.chars().all(|c| c.is_ascii_uppercase() || c == '_'))

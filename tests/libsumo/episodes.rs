@@ -1,5 +1,3 @@
-//! Episodes one after the other.
-
 use std::fs;
 
 use crate::fixture::Scenario;

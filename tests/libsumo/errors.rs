@@ -1,5 +1,3 @@
-//! Everything that can go wrong.
-
 use std::path::PathBuf;
 
 use crate::fixture::{EDGES, NODES, Scenario};

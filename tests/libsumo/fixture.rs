@@ -49,19 +49,16 @@ pub(crate) struct Scenario {
 }
 
 impl Scenario {
-    /// Builds the network above.
     pub(crate) fn new() -> Self {
         let scenario = Self { folder: TempDir::new().expect("a temporary folder") };
         scenario.build("net", NODES, EDGES, Some(CONNECTIONS));
         scenario
     }
 
-    /// Builds another network, `NAME.net.xml`.
     pub(crate) fn build(&self, name: &str, nodes: &str, edges: &str, connections: Option<&str>) {
         self.build_with(name, nodes, edges, connections, &[]);
     }
 
-    /// Builds another network with further options of netconvert.
     pub(crate) fn build_with(
         &self,
         name: &str,
@@ -85,7 +82,6 @@ impl Scenario {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
 
-    /// Writes routes and a configuration, and returns what starts them.
     pub(crate) fn options(&self, network: &str, name: &str, routes: &str) -> StartOptions {
         fs::write(self.file(name, "rou"), format!("<routes>{routes}</routes>")).expect("writable");
         let config = self.folder.path().join(format!("{name}.sumocfg"));
@@ -98,7 +94,6 @@ impl Scenario {
         StartOptions { config, ..StartOptions::default() }
     }
 
-    /// Returns a file of the scenario, `NAME.ENDING.xml`.
     pub(crate) fn file(&self, name: &str, ending: &str) -> PathBuf {
         self.folder.path().join(format!("{name}.{ending}.xml"))
     }

@@ -20,7 +20,6 @@ use tsc_family::traffic::sim::net_file::NetFile;
 /// Controllers that need no long training.
 const METHODS: [&str; 4] = ["baseline", "fixed-time", "actuated", "max-pressure"];
 
-/// Seeds of evaluation.
 const SEEDS: [u64; 3] = [11, 12, 13];
 
 /// Largest difference of the mean delay over the seeds, as a share. SUMO numbers lanes from another arm in
@@ -65,7 +64,6 @@ fn scenario(side: DrivingSide) -> Scenario {
     scenario
 }
 
-/// A network and its environment.
 struct Place {
     env: SignalEnv<SumoSim>,
 }
@@ -115,7 +113,6 @@ fn build(spec: &IntersectionSpec, networks: &Path) -> NetworkFiles {
     built.files["p"].clone()
 }
 
-/// Episodes of a method on the evaluation seeds.
 fn episodes(spec: &IntersectionSpec, method: &str, dawdles: bool) -> Vec<EpisodeMetrics> {
     let _alone = crate::alone();
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,3 @@
-//! What `SumoSim` sees.
-
 use std::collections::{HashMap, HashSet};
 
 use crate::fixture::Scenario;

@@ -1,5 +1,3 @@
-//! Signal programs and phases.
-
 use std::fs;
 
 use crate::fixture::Scenario;
@@ -71,7 +69,6 @@ fn installed_programs_and_set_phases_take_effect() {
     sim.set_phases(&[None, None, None]).unwrap();
     assert_eq!(remaining_s(&mut sim), 2);
 
-    // Installing under the same id replaces the phases and starts them again.
     program.phases[0].duration_s = 11.0;
     sim.step(4).unwrap();
     sim.install(0, &program).unwrap();

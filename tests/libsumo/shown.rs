@@ -5,7 +5,6 @@
 use std::fs;
 use std::path::Path;
 
-/// Limits of one signal, seconds.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Limits {
     pub(crate) yellow: usize,
@@ -21,7 +20,6 @@ pub(crate) struct Limits {
     pub(crate) max_green: usize,
 }
 
-/// Reads the states of a signal that SUMO saved, one per second.
 pub(crate) fn states(path: &Path) -> Vec<String> {
     let text = fs::read_to_string(path).unwrap();
     let state = |line: &str| {

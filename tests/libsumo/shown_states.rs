@@ -49,14 +49,11 @@ const fn field(yellow: usize, all_red: usize, walk: usize) -> Limits {
     Limits { yellow, all_red, min_through: walk, min_left: 5, min_state: 5, walk, max_green: 60 }
 }
 
-/// Runs episodes and checks the states of each.
 struct Watch {
     env: SignalEnv<SumoSim>,
     states: PathBuf,
     limits: Limits,
-    /// Whether the lights are those of two rings.
     by_link: bool,
-    /// Whether vehicles may turn right on red.
     turn_on_red: bool,
     /// Which links meet, as the network says.
     foes: Vec<Vec<bool>>,
@@ -189,7 +186,6 @@ impl Controller for Restless {
     }
 }
 
-/// Asks for the first phase for ever.
 struct Stubborn;
 
 impl Controller for Stubborn {
@@ -265,7 +261,6 @@ fn every_method_keeps_to_the_limits() {
     }
 }
 
-/// Checks what every method shows under a preset, and returns how long that was, seconds.
 fn checked_seconds(preset: &str) -> usize {
     let (mut seconds, mut within_rings) = (0, false);
     for actions in ["own-greens", "all-pairs"] {

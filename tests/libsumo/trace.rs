@@ -88,7 +88,6 @@ fn a_street_in_several_edges_is_seen_as_one() {
         through.downstream.iter().map(|l| scene.lanes[*l].id.as_str()).collect();
     assert_eq!(downstream, ["e2_0"]);
     assert!(through.length_m > 5.0, "{}", through.length_m);
-    // Two lanes in, and no lane back.
     assert_eq!(lane("w3_0").street_width_m, 6.4);
 
     // Straight on: seen in every second from its start to the junction, within plain nodes too.
@@ -98,17 +97,14 @@ fn a_street_in_several_edges_is_seen_as_one() {
     assert!(at_a.iter().all(|s| s.1 == "w3_1" && s.2.is_some()), "{at_a:?}");
     let (first, last) = (at_a[0], at_a[at_a.len() - 1]);
     assert!(first.3 > 220.0 && last.3 < 15.0, "{first:?} {last:?}");
-    // After the junction it comes to the next signal, through a plain node again.
     let at_b: Vec<&Sight> = seen[&0].iter().filter(|s| !s.1.starts_with('w')).collect();
     assert!(at_b.iter().all(|s| s.1 == "e2_0" && s.2.is_some()) && at_b.len() > 10, "{at_b:?}");
 
     assert!(seen[&1].iter().all(|s| s.1 == "w3_0"), "{:?}", seen[&1]);
-    // Who turns off or ends before the signal is not seen.
     assert_eq!(seen.keys().copied().collect::<Vec<_>>(), [0, 1]);
 
     // The second start uses what the first one traced, and sees the same.
     assert_eq!(sights(&mut sim, &options), (scene, seen));
-    // Without tracing only the stub is seen.
     let (scene, seen) = sights(&mut sim, &StartOptions { trace_m: 0.0, ..options });
     assert!(scene.lanes.iter().all(|l| l.pieces.is_empty()));
     assert!(seen[&0].iter().all(|s| s.3 <= 100.0), "{:?}", seen[&0]);

@@ -24,7 +24,6 @@ use crate::nightly::is_nightly;
 
 const EXIT_LENGTH_M: f64 = 60.0;
 
-/// Two-lane arms at these bearings.
 fn spec(point: &str, bearings_deg: &[f64]) -> IntersectionSpec {
     let arm = |bearing_deg: &f64| Arm {
         bearing_deg: *bearing_deg,
@@ -108,7 +107,6 @@ fn build(
     )
 }
 
-/// All files below a folder with their contents.
 fn files(folder: &Path) -> BTreeSet<(String, Vec<u8>)> {
     let mut all = BTreeSet::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -123,14 +121,12 @@ fn files(folder: &Path) -> BTreeSet<(String, Vec<u8>)> {
     all
 }
 
-/// The network of the four-armed cross, as text.
 fn cross_net() -> String {
     let out = tempfile::tempdir().unwrap();
     build(&[cross()], out.path(), false).unwrap();
     fs::read_to_string(out.path().join("cross/cross.net.xml")).unwrap()
 }
 
-/// What validation says about a network of the four-armed cross.
 fn fault(net: &str) -> String {
     let result = validate(&cross(), &NetFile::parse(net).unwrap(), EXIT_LENGTH_M);
     result.map_or_else(|e| e.to_string(), |()| "sound".to_owned())
@@ -243,7 +239,6 @@ fn what_is_up_to_date_is_not_built_again_and_what_changed_is() {
     assert_eq!((summary.built, summary.up_to_date), (1, 1));
 }
 
-/// The paths and bytes of all networks' files.
 fn networks(folder: &Path) -> BTreeSet<(PathBuf, Vec<u8>)> {
     let entries = |folder: &Path| fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
     let files = entries(&folder.join("by-hash")).flat_map(|network| entries(&network));

@@ -24,7 +24,6 @@ fn folders() -> Vec<PathBuf> {
     folders
 }
 
-/// Reads an extract from its text.
 fn of_text(text: &str) -> Extract {
     let mut file = tempfile::Builder::new().suffix(".osm").tempfile().unwrap();
     file.write_all(text.as_bytes()).unwrap();
@@ -48,7 +47,6 @@ fn rows(city: &City, settings: &Settings) -> Vec<Approach> {
     rows
 }
 
-/// What rows have to be in the mirror.
 fn mirrored(rows: &[Approach]) -> Vec<Approach> {
     let letter = |c| match c {
         'l' => 'r',

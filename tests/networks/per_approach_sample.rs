@@ -6,13 +6,10 @@ use tsc_family::sample::kmeans::{cluster, standardise};
 use tsc_family::sample::{Sampling, choose};
 use tsc_family::traffic::family::load::load_with;
 
-/// Number of clusters.
 const BUDGET: usize = 40;
 
-/// Number of the columns of the context features.
 const MEANS: usize = 6;
 
-/// Returns the share of rows that have the most frequent value of their cluster.
 fn purity(labels: &[usize], values: &[String]) -> f64 {
     let mut of_cluster: BTreeMap<usize, BTreeMap<&String, usize>> = BTreeMap::new();
     for (label, value) in labels.iter().zip(values) {

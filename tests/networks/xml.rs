@@ -44,7 +44,6 @@ fn mirrored_element(element: &str) -> String {
     element.to_owned()
 }
 
-/// Exchanges the words left and right.
 fn exchanged(text: &str) -> String {
     text.replace("left", "\u{1}").replace("right", "left").replace('\u{1}', "right")
 }

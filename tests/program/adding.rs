@@ -53,7 +53,6 @@ fn methods_seeds_and_trainings_are_added_as_if_they_had_been_asked_for_at_once()
         &format!("{PPO} --methods ppo --budget 4 --eval-seeds 2 --seed 7 --out added"),
         dir.path(),
     );
-    // Budget, seeds and sample are those of the folder.
     let both = format!("{PPO} {DQN} --seed 7");
     let said = done(&format!("{both} --methods dqn --out added"), dir.path());
     assert!(said.contains("added: 4 tasks are added to 4; 4 records stay"), "{said}");

@@ -31,7 +31,6 @@ fn slurm(folder: &Path) {
     }
 }
 
-/// Runs the program where that Slurm is.
 fn with_slurm(folder: &Path, args: &str) -> Output {
     let path = format!("{}:{}", folder.join("bin").display(), std::env::var("PATH").unwrap());
     program(folder).env("PATH", path).args(args.split_whitespace()).output().unwrap()

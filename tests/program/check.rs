@@ -10,7 +10,6 @@ use crate::outcomes::refused;
 const LEARN: &str = "run smoke --methods idqn,max-pressure --episodes 2 --eval-seeds 1 --quiet \
                      --set signal.delta_time_s=30 --out out";
 
-/// A folder with the results of a learner and of a method without training.
 fn results() -> tempfile::TempDir {
     results_of(LEARN)
 }
@@ -21,7 +20,6 @@ fn results_of(command: &str) -> tempfile::TempDir {
     folder
 }
 
-/// Records without wall-clock values, and models.
 fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut content = BTreeMap::new();
     for part in ["out/done/000", "out/models/000"] {

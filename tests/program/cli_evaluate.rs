@@ -7,7 +7,6 @@ use serde_json::{Value, json};
 use tsc_family::nn::archive::Archive;
 use tsc_family::run::checkpoint::FORMAT_VERSION;
 
-/// A model of a method as `run` writes it, with nothing in it.
 fn model(method: &str) -> Archive {
     let card = json!({
         "kind": "model",
@@ -36,7 +35,6 @@ fn with(mut archive: Archive, key: &str, value: Value) -> Archive {
     archive
 }
 
-/// Writes a file `m.safetensors`, evaluates it, and returns what is wrong with it.
 fn refusal(bytes: &[u8]) -> String {
     let folder = Folder::new();
     fs::write(folder.join("m.safetensors"), bytes).unwrap();
@@ -73,7 +71,6 @@ fn a_file_that_is_no_usable_model_is_refused_with_its_name() {
     ];
     let text: String =
         cases.iter().map(|(name, bytes)| format!("{name}: {}", refusal(bytes))).collect();
-    // More methods are no other words.
     insta::with_settings!({filters => vec![("known are .*", "known are ...")]}, {
         insta::assert_snapshot!("refused_models", text);
     });

@@ -92,7 +92,6 @@ fn models_drive_elsewhere_as_they_did_where_they_were_trained() {
     )]);
 }
 
-/// Puts the plan of a run into another folder, as if nothing were done.
 fn planned(folder: &Folder, from: &str, to: &str) {
     folder.write(&format!("{to}/manifest.json"), &folder.read(&format!("{from}/manifest.json")));
 }

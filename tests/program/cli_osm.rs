@@ -5,7 +5,6 @@ use std::fs;
 use crate::common::stderr;
 use crate::folder::{Folder, repository};
 
-/// A folder with extracts of cases.
 fn with(cases: &[&str]) -> Folder {
     let folder = Folder::new();
     for case in cases {
@@ -15,7 +14,6 @@ fn with(cases: &[&str]) -> Folder {
     folder
 }
 
-/// Derives a family of a case into `city`, with further arguments.
 fn command(case: &str, more: &str) -> String {
     format!("build-networks --out city --osm {case}.osm {more}")
 }
@@ -37,7 +35,6 @@ fn a_map_becomes_a_family_that_list_and_run_understand() {
     assert!(folder.run("run city --budget 1 --dry-run").contains("1 point MDP"));
     let text = folder.run("build-networks city/scenario.toml");
     assert!(text.contains("city/networks: 0 built, 1 up to date"), "{text}");
-    // `family.csv` is a table of point MDPs that a scenario can name.
     folder.write("city/own.toml", "name = \"own\"\nfamily.points = \"family.csv\"\n");
     assert_eq!(folder.run("list city/own.toml --json").lines().count(), 1);
     // Real approaches stay what they are unless somebody asks for six features.
@@ -45,7 +42,6 @@ fn a_map_becomes_a_family_that_list_and_run_understand() {
     assert!(folder.run("list city/real.toml").contains("n101"));
     let six = folder.run("list city/real.toml --set family.detail=six-features");
     assert!(six.contains("-Q") && !six.contains("n101"), "{six}");
-    // Tables that were edited are not overwritten without force.
     folder.edit("city/approaches.csv", ",25.0,", ",30.0,");
     let edited = folder.read("city/approaches.csv");
     assert!(folder.says(2, &command("four_arms", "")).contains("not as this command wrote it"));

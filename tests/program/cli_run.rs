@@ -13,7 +13,6 @@ use serde_json::Value;
 const SMOKE: &str =
     "run smoke --eval-seeds 2 --methods max-pressure,actuated --set demand.horizon_s=600 --out out";
 
-/// The lines of an event.
 fn lines(text: &str, event: &str) -> Vec<Value> {
     let lines = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
     lines.filter(|line| line["event"] == event).collect()
@@ -42,7 +41,6 @@ fn a_run_is_told_in_lines_repaired_by_repeating_it_and_reported_against_others()
     assert_eq!(again.lines().count(), 3, "nothing is done twice: {again}");
     assert_eq!(folder.rows("out/report/scores.csv").len(), 6);
 
-    // Two runs on one folder exclude each other.
     let lock = fs::File::options().write(true).open(folder.join("out/lock.json")).unwrap();
     lock.lock().unwrap();
     assert!(folder.says(5, SMOKE).contains("in use by another run"));
@@ -144,7 +142,6 @@ fn a_sumo_scenario_is_a_point_mdp_too_and_needs_a_signal() {
     folder.refuses(&[("run --sumocfg n.sumocfg --out out", "it has no traffic signal")]);
 }
 
-/// Runs netconvert in a folder.
 pub(crate) fn netconvert(folder: &Path, args: &str) {
     let mut command = Command::new("netconvert");
     let output = command.current_dir(folder).args(args.split(' ')).output().unwrap();

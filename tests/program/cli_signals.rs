@@ -33,7 +33,6 @@ const STREET_CONNECTIONS: &str = r#"<connections>
     <connection from="w3" to="e1" fromLane="1" toLane="0"/>
 </connections>"#;
 
-/// The same with one edge to each signal.
 const WHOLE_NODES: &str = r#"<nodes>
     <node id="W" x="-260" y="0"/> <node id="A" x="0" y="0" type="traffic_light"/>
     <node id="S" x="0" y="-90"/> <node id="N" x="0" y="90"/>
@@ -84,7 +83,6 @@ const CROSSING_PROGRAM: &str = r#"<additional>
     </tlLogic>
 </additional>"#;
 
-/// Builds a network and returns its configuration, which ends after half an hour.
 fn build(scenario: &Scenario, name: &str, network: [&str; 3], routes: &str) -> PathBuf {
     let [nodes, edges, connections] = network;
     scenario.build(name, nodes, edges, Some(connections));
@@ -144,7 +142,6 @@ fn greens_that_differ_in_lefts_count_all_movements_and_one_for_pedestrians_is_le
     );
 }
 
-/// Delay of max pressure, seconds.
 fn delay_s(config: &Path) -> f64 {
     let folder = config.parent().unwrap();
     let args = format!(

@@ -26,7 +26,6 @@ fn with_counts() -> Folder {
     Folder::with(&[("a.csv", &table), ("a.toml", scenario), ("c.csv", &counts)])
 }
 
-/// The delays of a method on the point MDPs of a run, as written.
 fn delays(folder: &Folder, run: &str, method: &str) -> Vec<String> {
     let rows = folder.rows(&format!("{run}/report/scores.csv"));
     let rows = rows.into_iter().filter(|row| row["method"] == method);
@@ -243,7 +242,6 @@ fn a_network_in_utdf_is_simulated_and_its_plans_go_out_and_come_back() {
     {
         assert_eq!(delays(&folder, "given", given), delays(&folder, "r", method), "{given}");
     }
-    // Counts replace the volumes.
     folder.write("c.csv", "INTID,NBL,NBR,EBT,EBR,WBL,WBT\n2,5,6,7,8,9,10\n");
     folder.run("build-networks --utdf n.csv --turning-counts c.csv --out both");
     folder.shows("both/approaches.csv", &[",lr,,30.5,5,0,6,", ",lsr,45.7,,80,310,45,0.9,"]);
@@ -268,7 +266,6 @@ fn a_network_in_utdf_is_simulated_and_its_plans_go_out_and_come_back() {
     ]);
 }
 
-/// One phase per street, four arms.
 const PLAN: &str = "intersection,control,cycle_s,phase,ring,barrier,position,movements,yielding,split_s,yellow_s,all_red_s,\
     walk_s,clearance_s,recall\n\
     7,pretimed,70,2,1,1,1,NBT NBR,NBL,40,4,1,7,12,max\n7,,,6,2,1,1,SBT,SBL,40,4,1,,,max\n\

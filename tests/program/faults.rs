@@ -14,7 +14,6 @@ fn start(folder: &Path, args: &str) -> Child {
     program.spawn().unwrap()
 }
 
-/// Waits until a task of a run simulates.
 fn wait_for_an_episode(results: &Path) {
     let start = Instant::now();
     let simulates = || {
@@ -29,7 +28,6 @@ fn wait_for_an_episode(results: &Path) {
     }
 }
 
-/// The rows of all records.
 fn rows(results: &Path) -> Vec<String> {
     let rows = |task: usize| {
         let path = results.join(format!("done/000/{task}.jsonl"));
@@ -66,7 +64,6 @@ fn vehicles_that_are_edited_within_a_task_leave_no_record() {
     let run = "run --sumocfg city/busy.sumocfg --methods program --eval-seeds 8 --quiet --out";
     let routes = folder.path().join("city/busy.rou.xml");
     let text = fs::read_to_string(&routes).unwrap();
-    // One vehicle less.
     let vehicle = text.lines().find(|line| line.contains("<vehicle")).unwrap();
     let child = start(folder.path(), &format!("{run} out"));
     wait_for_an_episode(&folder.path().join("out"));

@@ -9,20 +9,16 @@ use serde_json::Value;
 
 use crate::common::{program, stderr, stdout};
 
-/// A row of a table by the names of its columns.
 pub(crate) type Row = BTreeMap<String, String>;
 
-/// The text of a file of this repository.
 pub(crate) fn repository(file: &str) -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap()
 }
 
-/// The rows of a table.
 pub(crate) fn rows(table: &Path) -> Vec<Row> {
     csv::Reader::from_path(table).unwrap().deserialize().map(Result::unwrap).collect()
 }
 
-/// A temporary folder; commands are given as in a shell.
 pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -30,7 +26,6 @@ impl Folder {
         Self(tempfile::tempdir().unwrap())
     }
 
-    /// A folder with these files.
     pub(crate) fn with(files: &[(&str, &str)]) -> Self {
         let folder = Self::new();
         files.iter().for_each(|(name, text)| folder.write(name, text));
@@ -62,7 +57,6 @@ impl Folder {
         serde_json::from_str(&self.read(name)).unwrap()
     }
 
-    /// Changes a text in a file, which must be there.
     #[track_caller]
     pub(crate) fn edit(&self, name: &str, from: &str, to: &str) {
         let text = self.read(name);
@@ -70,7 +64,6 @@ impl Folder {
         self.write(name, &text.replace(from, to));
     }
 
-    /// Checks that a file has these words.
     #[track_caller]
     pub(crate) fn shows(&self, name: &str, words: &[&str]) {
         let text = self.read(name);
@@ -83,7 +76,6 @@ impl Folder {
         program(self.path()).args(shlex::split(args).unwrap()).output().unwrap()
     }
 
-    /// Runs the program, which must succeed, and returns its standard output.
     #[track_caller]
     pub(crate) fn run(&self, args: &str) -> String {
         let output = self.output(args);
@@ -99,7 +91,6 @@ impl Folder {
         stderr(&output)
     }
 
-    /// Every command is refused with these words, and writes nothing.
     #[track_caller]
     pub(crate) fn refuses(&self, commands: &[(&str, &str)]) {
         let before = self.names("");
@@ -113,7 +104,6 @@ impl Folder {
         }
     }
 
-    /// The names of what is in a folder.
     pub(crate) fn names(&self, folder: &str) -> Vec<String> {
         let names = fs::read_dir(self.join(folder)).unwrap().map(|e| e.unwrap().file_name());
         let mut names: Vec<String> = names.map(|name| name.into_string().unwrap()).collect();

@@ -17,7 +17,6 @@ fn command(args: &[&str], dir: &Path) -> Output {
     Command::new(program).args(args).current_dir(dir).output().unwrap()
 }
 
-/// Runs cartpole; returns what was said on standard output and on standard error.
 fn run(args: &[&str], dir: &Path) -> (String, String) {
     let output = command(&[&["run", "cartpole"], args, &SHORT].concat(), dir);
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -36,7 +35,6 @@ fn records(out: &Path) -> usize {
     fs::read_dir(out.join("done/000")).unwrap().count()
 }
 
-/// What `report` says of a folder, JSON lines and notes.
 fn reported(dir: &Path, out: &str) -> (Vec<Value>, String) {
     let output = command(&["report", out, "--json"], dir);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -135,7 +133,6 @@ fn a_look_that_was_handed_over_is_under_way_before_it_has_a_record() {
     assert_eq!((resume(), records(&out)), (Some(0), 24));
 }
 
-/// The tasks of a look, counted from 0.
 fn plan_of_look(out: &Path, look: usize) -> Vec<u64> {
     let identity = Manifest::read(&Layout::new(out)).unwrap().identity;
     let drawn = &identity.sample.growth.as_ref().unwrap().looks[look].draws;

@@ -21,7 +21,6 @@ fn city() -> (Folder, String) {
     (folder, lane)
 }
 
-/// Writes a configuration of two minutes.
 fn configure(folder: &Folder, options: &str) {
     let text = format!("<c>{options}<begin value='0'/><end value='120'/></c>");
     folder.write("a.sumocfg", &text);
@@ -32,7 +31,6 @@ const PLAIN: &str = "<net-file value='n.xml'/><route-files value='r.xml'/>";
 const RUN: &str =
     "run --sumocfg a.sumocfg --methods program,max-pressure --eval-seeds 1 --quiet --out";
 
-/// The rows of both methods.
 fn rows(folder: &Folder, results: &str) -> [Vec<Value>; 2] {
     [1, 2].map(|task| folder.record(results, task).split_off(1))
 }
@@ -207,7 +205,6 @@ fn a_scenario_that_sumo_crashes_on_is_named_with_the_rest() {
     }
 }
 
-/// Checks that an episode is what plain `sumo` simulates with its seed.
 fn is_plain(folder: &Folder, results: &str, options: &str) {
     let row = folder.record(results, 1).remove(1);
     let delay_s = delay_s(folder.path(), &format!("-c a.sumocfg --seed {} {options}", row["seed"]));

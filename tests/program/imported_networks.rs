@@ -23,7 +23,6 @@ const EDGES: &str = r#"<edges>
     <edge id="cb" from="C" to="B" disallow="rail"/>
 </edges>"#;
 
-/// Writes a configuration that ends after ten minutes.
 fn scenario(scenario: &Scenario, network: &str, routes: &str) -> PathBuf {
     let config = scenario.options(network, network, routes).config;
     let text = fs::read_to_string(&config).unwrap();
@@ -65,12 +64,10 @@ const CROSSING_EDGES: &str = r#"<edges>
     <edge id="ce" from="C" to="E" numLanes="2" priority="9"/> <edge id="dc" from="D" to="C" priority="1"/>
 </edges>"#;
 
-/// Vehicles on both streets.
 const CROSSING_ROUTES: &str = r#"<route id="main" edges="wp pc ce"/> <route id="side" edges="dc ce"/>
     <flow id="m" route="main" begin="0" end="600" vehsPerHour="1700" departLane="random"/>
     <flow id="s" route="side" begin="0" end="600" vehsPerHour="150"/>"#;
 
-/// Adds a program to a configuration, which then runs.
 fn with_program(config: &Path, logic: &str) {
     fs::write(folder(config).join("program.add.xml"), format!("<additional>{logic}</additional>"))
         .unwrap();
@@ -100,7 +97,6 @@ fn a_signal_for_a_crosswalk_keeps_its_own_program_under_every_method() {
     assert!(delays.iter().all(|d| *d == delays[0]), "{table}");
 }
 
-/// Four arms with a lane for left turns each.
 fn four_arms(files: &Scenario) {
     let places = [("n", 0, 300), ("e", 300, 0), ("s", 0, -300), ("w", -300, 0)];
     let mut nodes = r#"<node id="C" x="0" y="0" type="traffic_light"/>"#.to_owned();
@@ -184,7 +180,6 @@ fn a_dual_ring_program_offers_the_pairs_that_it_may_show() {
     assert_eq!(baseline, 4, "{plans}");
 }
 
-/// Two signals on one street.
 const TWO: &str = r#"<nodes>
     <node id="W" x="-300" y="0"/> <node id="E" x="900" y="0"/>
     <node id="C" x="0" y="0" type="traffic_light"/> <node id="D" x="400" y="0" type="traffic_light"/>

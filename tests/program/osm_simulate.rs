@@ -62,7 +62,6 @@ fn every_case_of_left_hand_traffic_simulates_without_an_error_or_a_teleport() {
     assert!(simulated(DrivingSide::Left, 1) >= 2);
 }
 
-/// Simulates the cases of a side and returns how many intersections they have.
 fn simulated(side: DrivingSide, every: usize) -> usize {
     let folder = tempfile::tempdir().unwrap();
     let intersections = write_approaches(&folder.path().join("approaches.csv"), side, every);

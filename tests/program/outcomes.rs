@@ -8,14 +8,12 @@ use serde_json::Value;
 
 use crate::common::{run, stderr};
 
-/// Runs the program, which must refuse its arguments or what they name, and returns what it says.
 pub(crate) fn refused(folder: &Path, args: &str) -> String {
     let output = run(folder, args);
     assert_eq!(output.status.code(), Some(2), "{args}: {}", stderr(&output));
     stderr(&output)
 }
 
-/// The lines of a task's record, without wall-clock values.
 pub(crate) fn record(results: &Path, task: usize) -> Vec<Value> {
     lines(&results.join(format!("done/000/{task}.jsonl")))
 }

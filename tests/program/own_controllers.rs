@@ -38,7 +38,6 @@ fn a_command_is_ranked_and_a_changed_one_is_another_run() {
     assert!(folder.says(2, "resume a").contains("controller mine (exec:sh mine.sh) was not given"));
     folder.run(&format!("resume a {MINE}"));
     assert_eq!(folder.records("a"), all);
-    // With more workers the records are the same.
     folder.run(&format!("{command} b --jobs 3"));
     assert_eq!(folder.records("b"), all);
     folder.edit("mine.sh", "done\n", "done # changed\n");

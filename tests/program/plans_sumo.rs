@@ -18,21 +18,18 @@ const OPTIONS: &str = "--time-to-teleport -1 --xml-validation never --no-step-lo
     --tripinfo-output trips.xml --tripinfo-output.write-unfinished \
     --tripinfo-output.write-undeparted";
 
-/// Saves what a signal shows, second by second.
 fn watch(folder: &Path, signal: &str) {
     let event =
         format!("<timedEvent type=\"SaveTLSStates\" source=\"{signal}\" dest=\"shown.xml\"/>");
     fs::write(folder.join("watch.add.xml"), format!("<additional>{event}</additional>")).unwrap();
 }
 
-/// What the watched signal showed, one state per second.
 fn shown(folder: &Path) -> Vec<String> {
     let text = fs::read_to_string(folder.join("shown.xml")).unwrap();
     let state = |line: &str| Some(line.split_once(" state=\"")?.1.split_once('"')?.0.to_owned());
     text.lines().filter(|line| line.contains("<tlsState ")).filter_map(state).collect()
 }
 
-/// Runs plain `sumo` in a folder and returns the mean delay, seconds.
 pub(crate) fn delay_s(folder: &Path, args: &str) -> f64 {
     let mut sumo = Command::new("sumo");
     let words = args.split_whitespace().chain(OPTIONS.split_whitespace());
@@ -43,7 +40,6 @@ pub(crate) fn delay_s(folder: &Path, args: &str) -> f64 {
     trips.delay_s / f64::from(trips.vehicles)
 }
 
-/// Summary and evaluation rows of every record in `out`.
 fn records(folder: &Path) -> Vec<(Value, Vec<Value>)> {
     let tasks = fs::read_dir(folder.join("out/done/000")).unwrap().count();
     let record = |task: usize| {
@@ -57,7 +53,6 @@ fn records(folder: &Path) -> Vec<(Value, Vec<Value>)> {
     (0..tasks).map(record).collect()
 }
 
-/// The rows of `plans.csv` of a method on a point MDP.
 fn plan(folder: &Path, point: &str, method: &str) -> Vec<Row> {
     let mut rows = rows(&folder.join("out/report/plans.csv"));
     rows.retain(|row| row["point"] == point && row["method"] == method);
@@ -129,7 +124,6 @@ fn plain_sumo_shows_the_plans_of_generated_networks_and_repeats_their_delays() {
     assert_eq!(programs, 4);
 }
 
-/// Where a run found its networks.
 fn provenance(folder: &Path) -> String {
     let manifest = fs::read_to_string(folder.join("out/manifest.json")).unwrap();
     let manifest: Value = serde_json::from_str(&manifest).unwrap();

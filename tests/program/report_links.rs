@@ -1,9 +1,6 @@
-//! Links between the files of a report.
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Returns the pages beneath a folder.
 fn pages(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {

@@ -43,7 +43,6 @@ fn flows(flows: &[(&str, &str, u32)], end_s: u32) -> String {
     flows.iter().map(flow).collect()
 }
 
-/// Rewrites a configuration.
 fn with(config: &Path, more: &str, end_s: u32) {
     let text = fs::read_to_string(config).unwrap();
     let end = format!("{more}</input><end value=\"{end_s}\"/>");
@@ -84,7 +83,6 @@ fn max_pressure_knows_what_stands_between_two_nodes_of_a_signal() {
     assert!(pressure_s < 25.0 && pressure_s < program_s, "{pressure_s} s, program {program_s} s");
 }
 
-/// A street of three signals 300 m apart.
 fn street(files: &Scenario, end_s: u32) -> std::path::PathBuf {
     let (mut nodes, mut edges) = (String::new(), String::new());
     let row = ["W", "A", "B", "C", "E"];

@@ -3,7 +3,6 @@
 use crate::common::stderr;
 use crate::folder::{Folder, repository};
 
-/// A network of two signals with volumes and plans.
 const NETWORK: &str = "network.csv";
 const COUNTS: &str = "counts.csv";
 const PLAN: &str = "plan.csv";
@@ -19,7 +18,6 @@ const COLUMNS: &str = "intersection,control,cycle_s,reference,phase,ring,barrier
 const PHASES: &str = "1,pretimed,70,2,2,1,1,1,EBT EBR WBT WBR,EBL WBL,7,35,4,1,7,14,0\n\
     1,,,,4,1,2,1,NBT NBR SBT SBR,NBL SBL,7,35,4,1,7,14,\n";
 
-/// Each with the file that it is made in, and what there is changed to what.
 const MISTAKES: [(&str, &str, &str, &str); 30] = [
     ("counts of an intersection that the network does not have", COUNTS, "\n2,0", "\n7,0"),
     ("a letter in a count", COUNTS, "1,07:00,9,99", "1,07:00,9,9o"),
@@ -64,7 +62,6 @@ fn written() -> Folder {
     Folder::with(&[(NETWORK, &network), (COUNTS, COUNTED), (PLAN, &plan)])
 }
 
-/// What is said where one of the files has a mistake.
 fn said(folder: &Folder, file: &str, more: &str) -> (Option<i32>, String) {
     let with = match file {
         COUNTS => "--turning-counts counts.csv",
