@@ -24,8 +24,7 @@ const FLARE_M: f64 = 80.0;
 /// Smallest angle between the bearings of two arms, degrees; nearer ones are one arm.
 const APART_DEG: f64 = 5.0;
 
-/// Largest angle between streets of one name that run side by side, such as frontage roads,
-/// degrees.
+/// Largest angle between streets of one name that run side by side, such as frontage roads, degrees.
 const SIDE_BY_SIDE_DEG: f64 = 20.0;
 
 /// Largest angle between one-way streets from one node, or to it, that are one arm, degrees: a ramp that leaves

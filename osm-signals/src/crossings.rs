@@ -1,9 +1,7 @@
-//! Junctions that have a signal although no node says so: on every street that leaves them, pedestrians cross
-//! at a signal.
+//! Junctions that have a signal although no node says so: on every street that leaves them, pedestrians cross at a signal.
 //!
-//! In some cities the signals of a junction are mapped by its crossings alone
-//! (`highway=crossing`, `crossing=traffic_signals`). A stop or give-way sign at the junction or before it says that
-//! its vehicles have none.
+//! In some cities the signals of a junction are mapped by its crossings alone (`highway=crossing`,
+//! `crossing=traffic_signals`). A stop or give-way sign at the junction or before it says that its vehicles have none.
 
 use std::collections::{BTreeSet, HashSet};
 

@@ -1,9 +1,8 @@
 //! Distances, bearings and positions on the ground.
 //!
-//! As in OSMnx, the earth is a sphere of radius 6,371,009 m and a bearing is the initial one,
-//! degrees clockwise from north. Where thousands of short distances are compared, a
-//! `Plane` takes the surroundings of a place as flat instead: within 1 km the error is
-//! below 0.1% up to 80 degrees north and south.
+//! As in OSMnx, the earth is a sphere of radius 6,371,009 m and a bearing is the initial one, degrees clockwise from north.
+//! Where thousands of short distances are compared, a `Plane` takes the surroundings of a place as flat instead: within 1
+//! km the error is below 0.1% up to 80 degrees north and south.
 
 use geo::{Bearing, Coord, Destination, Distance, HaversineMeasure, InterpolatePoint, Point};
 
@@ -67,8 +66,7 @@ pub(crate) fn middle(places: impl Iterator<Item = Place> + Clone) -> Option<Plac
 }
 
 /// Returns the place that somebody gives, degrees. A longitude may go on beyond 180 degrees, as in some programs: 181 is
-/// -179, and 248 is -112.
-/// The error says what is wrong and the way out: projected, swapped or no number.
+/// -179, and 248 is -112. The error says what is wrong and the way out: projected, swapped or no number.
 pub fn checked_place(latitude: f64, longitude: f64) -> Result<Place, String> {
     if longitude.abs() <= NO_DEGREES
         && let Some(place) = Place::from_degrees(latitude, continued(0.0, longitude))
@@ -88,8 +86,7 @@ pub fn distance_m(a: Place, b: Place) -> f64 {
     SPHERE.distance(point(a), point(b))
 }
 
-/// Returns the initial bearing from `a` to `b`, degrees clockwise from north, in [0, 360); 0 if
-/// they are one place.
+/// Returns the initial bearing from `a` to `b`, degrees clockwise from north, in [0, 360); 0 if they are one place.
 pub fn bearing_deg(a: Place, b: Place) -> f64 {
     if a == b { 0.0 } else { SPHERE.bearing(point(a), point(b)) }
 }
@@ -107,8 +104,7 @@ pub(crate) fn chord(place: Place) -> [f64; 3] {
     [east[0], east[1], latitude.sin()].map(|c| c * EARTH_RADIUS_M)
 }
 
-/// Returns the angle between two axes, degrees, in [0, 90]: directions that differ by 180 degrees
-/// are one axis.
+/// Returns the angle between two axes, degrees, in [0, 90]: directions that differ by 180 degrees are one axis.
 pub fn axis_difference_deg(a_deg: f64, b_deg: f64) -> f64 {
     let difference = (a_deg - b_deg).rem_euclid(180.0);
     difference.min(180.0 - difference)

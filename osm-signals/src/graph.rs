@@ -1,5 +1,4 @@
-//! The street graph of an extract: pieces of ways between neighbouring nodes, and which nodes are
-//! junctions.
+//! The street graph of an extract: pieces of ways between neighbouring nodes, and which nodes are junctions.
 
 use std::collections::HashSet;
 

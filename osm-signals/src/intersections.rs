@@ -39,8 +39,7 @@ const MANY_LANES: u32 = 7;
 /// Right-only lanes of an approach from which on a slip lane may be counted twice.
 const MANY_RIGHT: u32 = 2;
 
-/// Distance from its place in the signal list beyond which a match is doubtful, metres: more than a
-/// junction is wide.
+/// Distance from its place in the signal list beyond which a match is doubtful, metres: more than a junction is wide.
 const FAR_M: f64 = 25.0;
 
 /// Distance of intersections that may have one controller, metres: fewer than eight cars fit between.
@@ -63,8 +62,7 @@ pub struct Intersection {
     pub signals: Vec<i64>,
     /// Its arms, sorted by bearing.
     pub arms: Vec<Arm>,
-    /// Per arm the turns that exist; `None` for an arm without incoming lanes, and where the map
-    /// leaves no way across.
+    /// Per arm the turns that exist; `None` for an arm without incoming lanes, and where the map leaves no way across.
     pub turns: Vec<Option<Turns>>,
     /// What is worth a look about its signals.
     pub flags: Vec<Flag>,

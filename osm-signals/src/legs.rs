@@ -44,8 +44,7 @@ pub(super) enum SlipKind {
     UTurn,
 }
 
-/// Largest angle between the carriageways of one street, degrees: a slip lane from one to the other
-/// only leads back.
+/// Largest angle between the carriageways of one street, degrees: a slip lane from one to the other only leads back.
 const SAME_STREET_DEG: f64 = 45.0;
 
 #[derive(Debug, Clone, PartialEq)]

@@ -1,13 +1,12 @@
 //! From a map to its traffic signals: the signalised intersections of an OpenStreetMap extract, each with its
 //! arms, their lanes, turns, speed limits and lengths, and what a city knows of them.
 //!
-//! Data flows one way. [`read`](read()) keeps the drivable ways, signals and turn restrictions of a file (PBF,
-//! XML, gzipped XML) as an [`Extract`], which is as large as its streets, not as its file; [`tags`] gives the
-//! values of tags their meaning. `graph` joins ways to pieces; `sites` decides which junctions a signal
-//! controls and which are one intersection; `legs` finds the streets that leave it and sets slip lanes aside;
-//! [`arms`] joins carriageways; `across` searches the ways across; [`intersections`] puts that together.
-//! [`listing`], [`counts`] and [`traffic`] add what a city knows: which signals it operates, and how many
-//! vehicles a day were counted where. A [`Survey`] is all of it.
+//! Data flows one way. [`read`](read()) keeps the drivable ways, signals and turn restrictions of a file (PBF, XML, gzipped
+//! XML) as an [`Extract`], which is as large as its streets, not as its file; [`tags`] gives the values of tags their
+//! meaning. `graph` joins ways to pieces; `sites` decides which junctions a signal controls and which are one intersection;
+//! `legs` finds the streets that leave it and sets slip lanes aside; [`arms`] joins carriageways; `across` searches the
+//! ways across; [`intersections`] puts that together. [`listing`], [`counts`] and [`traffic`] add what a city knows: which
+//! signals it operates, and how many vehicles a day were counted where. A [`Survey`] is all of it.
 //!
 //! Nothing is lost silently: every signal that is no intersection has a reason ([`flags::Skip`]), every
 //! value says what it rests on ([`streets::Source`], [`traffic::InflowSource`]), what is worth a look has a

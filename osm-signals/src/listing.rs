@@ -1,10 +1,9 @@
 //! A signal list against the map: which junctions it names, and which intersections are its own.
 //!
-//! Coordinates of lists are off by some metres, often by half a junction. So a row goes to the nearest
-//! intersection that has a signal on the map, each to one row, nearest first, even if a junction
-//! without one is nearer. A junction without a signal on the map is taken where no such intersection
-//! is within reach, and where a row stands right on it and the signal is clearly farther away; other
-//! rows beside an intersection that a nearer row has are duplicates of that row.
+//! Coordinates of lists are off by some metres, often by half a junction. So a row goes to the nearest intersection that
+//! has a signal on the map, each to one row, nearest first, even if a junction without one is nearer. A junction without a
+//! signal on the map is taken where no such intersection is within reach, and where a row stands right on it and the signal
+//! is clearly farther away; other rows beside an intersection that a nearer row has are duplicates of that row.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -23,8 +22,7 @@ const ON_JUNCTION_M: f64 = 10.0;
 /// to mean the junction, metres.
 const CLEARLY_M: f64 = 20.0;
 
-/// A place on the sphere, metres from the centre of the earth: nearest along a chord is nearest on
-/// the ground.
+/// A place on the sphere, metres from the centre of the earth: nearest along a chord is nearest on the ground.
 type Chord<T> = GeomWithData<[f64; 3], T>;
 
 /// Why a row has no intersection, or why its intersection is not called like it.
@@ -86,9 +84,8 @@ pub struct ListMatch {
 /// that stand right on one.
 pub(crate) type Named = (Vec<u32>, BTreeSet<usize>);
 
-/// Returns the junctions that a list names: of each row without an intersection of the map within
-/// reach, and of each that stands right on a junction, the nearest one, unless a signal of the map is
-/// as near.
+/// Returns the junctions that a list names: of each row without an intersection of the map within reach, and of each that
+/// stands right on a junction, the nearest one, unless a signal of the map is as near.
 pub(crate) fn unmapped(
     graph: &Graph<'_>,
     mapped: &Found,
@@ -200,11 +197,10 @@ fn assign(
     [row_of, nearest_of]
 }
 
-/// Keeps the intersections that a list names, each under its id in the list, and says what became
-/// of every row. A row and an intersection are matched if they are within reach, nearest first, each
-/// once, with a signal on the map before those without one. An id may be free text, such as the names
-/// of the streets; what names files is made from it. One that is nothing but blanks, has control
-/// characters or is another intersection's is not taken over.
+/// Keeps the intersections that a list names, each under its id in the list, and says what became of every row. A row and
+/// an intersection are matched if they are within reach, nearest first, each once, with a signal on the map before those
+/// without one. An id may be free text, such as the names of the streets; what names files is made from it. One that is
+/// nothing but blanks, has control characters or is another intersection's is not taken over.
 pub(crate) fn keep_listed(
     found: &mut Found,
     rows: &[ListedSignal],

@@ -1,5 +1,4 @@
-//! Left-hand traffic in the mirror: an extract with east and west exchanged, and what is found in it
-//! turned back.
+//! Left-hand traffic in the mirror: an extract with east and west exchanged, and what is found in it turned back.
 //!
 //! Seen in a mirror, left-hand traffic is right-hand traffic: carriageways, roundabouts, slip lanes and
 //! the way around a junction are where all code between here knows them, and turns to the right are turns to

@@ -15,8 +15,7 @@ pub(super) const ROOM_TO_WAIT_M: f64 = 15.0;
 /// two lanes and a stop line on the far side of each.
 const STAGGER_M: f64 = 25.0;
 
-/// Longest roadway for turns between two signals of one intersection, metres: the left turns of a
-/// single-point interchange.
+/// Longest roadway for turns between two signals of one intersection, metres: the left turns of a single-point interchange.
 const TURNING_M: f64 = 70.0;
 
 /// Distance between nodes that are one intersection whatever lies between them, metres (OSMnx
@@ -26,10 +25,9 @@ const TOUCHING_M: f64 = 20.0;
 /// Largest deviation of a street that goes on from a straight line, degrees.
 const STRAIGHT_DEG: f64 = 45.0;
 
-/// Returns the junctions without a signal next to a node of an intersection that belong to it: no vehicle can
-/// wait before them, or two-way streets from two of its nodes lead there, which encloses a triangle, or the
-/// node is half of a staggered crossing and they are the other half. Where links begin or end is no such
-/// junction.
+/// Returns the junctions without a signal next to a node of an intersection that belong to it: no vehicle can wait before
+/// them, or two-way streets from two of its nodes lead there, which encloses a triangle, or the node is half of a staggered
+/// crossing and they are the other half. Where links begin or end is no such junction.
 pub(super) fn adjoining(
     graph: &Graph<'_>,
     join_m: f64,

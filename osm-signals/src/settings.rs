@@ -136,13 +136,11 @@ impl Default for IntersectionSettings {
 pub struct TrafficSettings {
     /// Whether a count is the total of both directions of a two-way street.
     pub both_directions: bool,
-    /// Annual average daily traffic per lane towards the signal by highway class where no count is
-    /// known, vehicles per day.
+    /// Annual average daily traffic per lane towards the signal by highway class where no count is known, vehicles per day.
     ///
-    /// Source: the middle of FHWA's ranges for urban roads (Highway Functional Classification,
-    /// 2013, tables 3-5 and 3-6: principal arterials 7,000 to 27,000, minor arterials 3,000 to
-    /// 14,000, collectors 1,100 to 6,300, local roads 80 to 700), over four, two, two and two
-    /// lanes.
+    /// Source: the middle of FHWA's ranges for urban roads (Highway Functional Classification, 2013, tables 3-5 and 3-6:
+    /// principal arterials 7,000 to 27,000, minor arterials 3,000 to 14,000, collectors 1,100 to 6,300, local roads 80 to
+    /// 700), over four, two, two and two lanes.
     pub default_aadt_per_lane: BTreeMap<Highway, f64>,
 }
 

@@ -24,8 +24,7 @@ use crate::angle::turn_degrees;
 /// Largest deviation of two carriageways from opposite headings, degrees.
 const OPPOSITE_DEG: f64 = 40.0;
 
-/// Largest deviation from a right angle between a carriageway and the way across the median,
-/// degrees.
+/// Largest deviation from a right angle between a carriageway and the way across the median, degrees.
 const ACROSS_DEG: f64 = 50.0;
 
 /// Smallest angle at which one street turns into another at a node where a third one is missing,
@@ -258,9 +257,8 @@ fn path(reached: &BTreeMap<u32, Reached>, to: u32) -> Vec<u32> {
     nodes
 }
 
-/// Returns whether two junctions are the crossings with the two carriageways of one street: both
-/// have a one-way street of one name, with opposite headings, and the other carriageway is to the
-/// left of each (traffic keeps to the right).
+/// Returns whether two junctions are the crossings with the two carriageways of one street: both have a one-way street of
+/// one name, with opposite headings, and the other carriageway is to the left of each (traffic keeps to the right).
 fn opposite(graph: &Graph<'_>, a: u32, b: u32) -> bool {
     let across = bearing_deg(graph.place(a), graph.place(b));
     let carriageways = |node: u32| {

@@ -1,11 +1,10 @@
 //! A count along its street: what was counted on one block stands for the next ones too.
 //!
-//! Traffic changes little along a street until it meets a larger one. So an approach without a count
-//! of its own takes that of the nearest counted block of the same street (one name, or one ref where it
-//! has no name), outwards or across its own junction, up to a distance
-//! ([`CountSettings::spread_m`](super::counts::CountSettings::spread_m)) along the street. The walk
-//! ends where a signalised intersection has an arm of another street of a higher class, where the
-//! street turns by more than 60 degrees, and for a one-way approach where the street goes both ways.
+//! Traffic changes little along a street until it meets a larger one. So an approach without a count of its own takes that
+//! of the nearest counted block of the same street (one name, or one ref where it has no name), outwards or across its own
+//! junction, up to a distance ([`CountSettings::spread_m`](super::counts::CountSettings::spread_m)) along the street. The
+//! walk ends where a signalised intersection has an arm of another street of a higher class, where the street turns by more
+//! than 60 degrees, and for a one-way approach where the street goes both ways.
 //!
 //! Source: this project's rule.
 

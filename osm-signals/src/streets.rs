@@ -111,8 +111,7 @@ impl Streets {
         }
     }
 
-    /// Returns the lanes that belong to a direction alone, whether there is a centre lane, and what
-    /// the number rests on.
+    /// Returns the lanes that belong to a direction alone, whether there is a centre lane, and what the number rests on.
     fn count(&self, street: &Street, forward: bool) -> (u32, bool, Source) {
         let tags = &street.lanes;
         let own = |forward: bool| if forward { tags.forward } else { tags.backward };

@@ -92,9 +92,8 @@ impl Survey {
 
     /// Says in which unit the counts of a survey may be, if too few vehicles come for the classes of its streets.
     ///
-    /// Half of the counted arms of main streets (tertiary and above) have, per lane and day, less than any quiet
-    /// street: then the counts are in thousands; or less than a twentieth of what is usual there: then they are of an
-    /// hour.
+    /// Half of the counted arms of main streets (tertiary and above) have, per lane and day, less than any quiet street:
+    /// then the counts are in thousands; or less than a twentieth of what is usual there: then they are of an hour.
     pub fn count_doubt(&self) -> Option<String> {
         let arms = self.found.intersections.iter().flat_map(|i| &i.arms);
         let main = arms.zip(self.traffic.iter().flatten()).filter(|(arm, traffic)| {

@@ -37,35 +37,24 @@ fn rows() -> Vec<Row> {
     table.records().map(|record| row(record.unwrap())).collect()
 }
 
-fn all_close(ours: &State, gymnasium: &State, row: usize) {
-    ours.iter().zip(gymnasium).for_each(|(a, b)| close(*a, *b, row));
-}
-
 #[test]
-fn every_step_is_gymnasium_s() {
+fn every_step_and_whole_episodes_are_gymnasium_s() {
+    let (mut state, mut episodes, mut falls, mut own) = ([0.0; 4], 0, 0, 0);
+    let ours = Dynamics::new(Context::default(), Variant::CarlCompat);
     let rows = rows();
-    assert_eq!(rows.len(), 1500);
-    let own = Dynamics::new(Context::default(), Variant::CarlCompat);
-    assert_eq!(rows.iter().filter(|r| r.dynamics == own).count(), 1000);
     for (i, row) in rows.iter().enumerate() {
-        let after = row.dynamics.step(row.before, row.right);
-        all_close(&after, &row.after, i);
-        assert_eq!(fell(&after), row.terminated, "row {i}");
-    }
-}
-
-#[test]
-fn whole_episodes_stay_gymnasium_s() {
-    let mut state = [0.0; 4];
-    let (mut episodes, mut falls) = (0, 0);
-    for (i, row) in rows().iter().enumerate() {
         if row.start {
             state = row.before;
             episodes += 1;
         }
-        state = row.dynamics.step(state, row.right);
-        all_close(&state, &row.after, i);
-        falls += usize::from(fell(&state));
+        for from in [row.before, state] {
+            state = row.dynamics.step(from, row.right);
+            state.iter().zip(&row.after).for_each(|(a, b)| close(*a, *b, i));
+            assert_eq!(fell(&state), row.terminated, "row {i}");
+        }
+        falls += usize::from(row.terminated);
+        own += usize::from(row.dynamics == ours);
     }
+    assert_eq!((rows.len(), own), (1500, 1000));
     assert!(episodes > 50 && falls >= episodes - 11, "{episodes} {falls}");
 }

@@ -16,6 +16,11 @@ const PAGE: &str = "docs/settings.md";
 /// Ends what is written by hand.
 const MARK: &str = "<!-- from here on written by tests/docs/settings_page.rs -->\n";
 
+/// The other sections of these have no setting that the pendulum's do not have.
+fn own<S: Settings>(title: &str) -> String {
+    markdown(title, &S::default().sections()[..1], None)
+}
+
 #[test]
 fn the_page_of_settings_says_what_they_are() {
     let page = fs::read_to_string(PAGE).unwrap();
@@ -25,20 +30,13 @@ fn the_page_of_settings_says_what_they_are() {
     let signals = markdown("", &defaults().sections(), Some(("field", &field)));
     let poles = markdown("CartPole: ", &cartpole::Scenario::default().sections(), None);
     let pendulums = markdown("Pendulum: ", &pendulum::Scenario::default().sections(), None);
-    // The other sections of these have no setting that the pendulum's do not have.
-    let cars = mountain_car::Scenario::default();
-    let acrobots = acrobot::Scenario::default();
-    let swing_ups = pendulum_swing_up::Scenario::default();
-    let quads = quad::Scenario::default();
-    let cheetahs = half_cheetah::Scenario::default();
-    let swimmers = swimmer::Scenario::default();
     let others = [
-        markdown("Mountain car: ", &cars.sections()[..1], None),
-        markdown("Acrobot: ", &acrobots.sections()[..1], None),
-        markdown("Pendulum, swung up: ", &swing_ups.sections()[..1], None),
-        markdown("Quad: ", &quads.sections()[..1], None),
-        markdown("Half cheetah: ", &cheetahs.sections()[..1], None),
-        markdown("Swimmer: ", &swimmers.sections()[..1], None),
+        own::<mountain_car::Scenario>("Mountain car: "),
+        own::<acrobot::Scenario>("Acrobot: "),
+        own::<pendulum_swing_up::Scenario>("Pendulum, swung up: "),
+        own::<quad::Scenario>("Quad: "),
+        own::<half_cheetah::Scenario>("Half cheetah: "),
+        own::<swimmer::Scenario>("Swimmer: "),
     ];
     let others = others.join("\n");
     let expected = format!(

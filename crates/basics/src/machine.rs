@@ -91,9 +91,7 @@ fn kilobytes(text: &str, name: &str) -> Option<u64> {
     line.trim().strip_suffix("kB")?.trim().parse().ok()
 }
 
-/// Returns the largest memory that this process and those that it started have used so far, MB; `None` where the system does
-/// not tell.
-///
+/// Returns the largest memory that this process and those that it started have used so far, MB; `None` where it is not told.
 /// Each of them counts with its own largest memory, and one that has ended does not count.
 pub fn peak_memory_mb() -> Option<u64> {
     let of_one = |process: &i32| {

@@ -1,6 +1,5 @@
 //! What anybody may have written stays text where it is shown: nothing in a name moves the cursor, rings, hides or
 //! turns around what stands beside it, and no cell of a table is computed by the program that opens it.
-//!
 //! Names of streets, ids, titles, reasons, logs and names of files come from anybody. Whatever acts on a terminal
 //! is written as `\u001b`, which is what it is in JSON as well, so that lines of JSON stay what they are.
 
@@ -27,7 +26,6 @@ pub fn plain(text: &str) -> Cow<'_, str> {
 
 /// Returns a text as a cell of a table, which no spreadsheet takes for a formula: one that begins like a formula gets an
 /// apostrophe before it, unless it is a number. `sheet` reads it without the apostrophe.
-///
 /// Source: OWASP, "CSV Injection".
 pub fn cell(text: &str) -> Cow<'_, str> {
     if text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err() {

@@ -1,7 +1,5 @@
 //! Seeds: every source of randomness has its own, derived by hashing what it is for.
-//!
-//! There is no global generator. Two sources never share a seed, and adding a source leaves the
-//! others as they were.
+//! There is no global generator. Two sources never share a seed, and adding a source leaves the others as they were.
 
 use sha2::{Digest, Sha256};
 
@@ -11,8 +9,7 @@ const SUMO_SEED_MAX: u64 = 0x7fff_ffff;
 /// Evaluation seeds have this bit set and training seeds have it clear, so that they never meet.
 const EVALUATION_BIT: u64 = 0x4000_0000;
 
-/// Returns a seed for the source of randomness that `labels` names, below 2^53 so that every JSON
-/// reader keeps it exactly.
+/// Returns a seed for the source of randomness that `labels` names, below 2^53 so that every JSON reader keeps it exactly.
 pub fn derive(base: u64, labels: &[&str]) -> u64 {
     let mut hash = Sha256::new();
     hash.update(base.to_le_bytes());
@@ -47,8 +44,7 @@ pub fn at_point(seed: u64, content: &str) -> u64 {
     here | (seed & EVALUATION_BIT)
 }
 
-/// Returns the seed of the `k`-th training episode of a task, which vehicles and simulator get; never
-/// an evaluation seed.
+/// Returns the seed of the `k`-th training episode of a task, which vehicles and simulator get; never an evaluation seed.
 pub fn training(task_seed: u64, k: u32) -> u64 {
     derive(task_seed, &["training", &k.to_string()]) & SUMO_SEED_MAX & !EVALUATION_BIT
 }
@@ -76,7 +72,6 @@ pub fn pedestrians(seed: u64, signal: &str, edge: &str) -> u64 {
 }
 
 /// Returns the seed of a task; it does not depend on the order of tasks or on the other methods.
-/// `content`: what the point MDP is, whatever it is called.
 pub fn task(base: u64, method: &str, content: &str, replicate: u32) -> u64 {
     derive(base, &["task", method, content, &replicate.to_string()])
 }

@@ -3,7 +3,6 @@
 /// Similarity from which a name may have been meant, as clap takes it.
 const SIMILAR: f64 = 0.7;
 
-/// Most names that are suggested.
 const MOST: usize = 3;
 
 /// Returns the names that a word may have meant, the likeliest first; none if it is like none.

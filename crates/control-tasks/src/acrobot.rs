@@ -3,7 +3,6 @@
 //! Equations, constants and the order of the arithmetic are gymnasium's (1.4.0, `envs/classic_control/acrobot.py`, with the
 //! equations of Sutton and Barto's book). The paper lists acrobot among the tasks whose point MDPs papers leave open; it computes
 //! no family of it.
-//!
 //! Deviation: the family is ours, around gymnasium's values. The middle of a link is its centre of mass, so that a longer link
 //! has it further out; the moments of inertia and the height of the goal stay gymnasium's.
 
@@ -16,7 +15,6 @@ use crate::task::{
     grid, scenario, settings,
 };
 
-/// Time of a step, s.
 const STEP_S: f64 = 0.2;
 
 /// Gravity, m/s².

@@ -2,14 +2,11 @@
 //!
 //! The family is that of Jayawardana et al. (NeurIPS 2022), appendix; the values are multiples 0.1 to 10 of gymnasium's
 //! constants, as CARL's bounds allow. gymnasium's own force of 10 N is not among them.
-//!
 //! A reward of 1 for every step, the last one too. An episode ends with the fall, or is cut after 500 steps, so that 500 is
-//! the best return.
-//!
-//! Equations, constants and the order of the arithmetic are those of gymnasium's `CartPole-v1`
-//! (1.4.0, `envs/classic_control/cartpole.py`; Barto, Sutton and Anderson, 1983): explicit Euler, in
-//! which positions move by the old velocities. `tests/control_tasks/cartpole.rs` compares step by step. Sine and
-//! cosine are those of the crate `libm`, so that every machine computes the same bytes.
+//! the best return. Equations, constants and the order of the arithmetic are those of gymnasium's `CartPole-v1` (1.4.0,
+//! `envs/classic_control/cartpole.py`; Barto, Sutton and Anderson, 1983): explicit Euler, in which positions move by the old
+//! velocities; `tests/control_tasks/cartpole.rs` compares step by step. Sine and cosine are those of the crate `libm`, so that
+//! every machine computes the same bytes.
 
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +26,6 @@ pub const GYMNASIUM_START: f64 = 0.05;
 /// Where CARL's episodes start, since 2022-06.
 pub const CARL_START: f64 = 0.1;
 
-/// Time of a step, s.
 const STEP_S: f64 = 0.02;
 
 /// Mass of cart and pole that CARL's environment keeps whatever its context, kg.
@@ -91,7 +87,6 @@ pub struct Dynamics {
     gravity_mps2: f64,
     total_mass_kg: f64,
     pole_moment_kg_m: f64,
-    /// Episodes start within this of 0.
     start: f64,
 }
 

@@ -107,7 +107,6 @@ fn scenario_of<T: Task>(settings: &Value) -> Result<T::Scenario, String> {
 
 /// Returns the steps of training that a row of the record stands for, in a training of so many steps: a fiftieth, but 2,000
 /// at most. A row may have a few more, because an update is not cut.
-///
 /// So also a short training has rows enough for validation to choose among its policies.
 fn row_steps(total_steps: u64) -> u64 {
     (total_steps / 50).clamp(1, 2000)
@@ -123,7 +122,6 @@ struct TaskTrial<T: Task> {
 }
 
 impl<T: Task> TaskTrial<T> {
-    /// Returns a method, untrained; `None` where there is none of this name.
     fn new(
         environment: Episodes<T::Dynamics>,
         scenario: &T::Scenario,
@@ -232,13 +230,11 @@ mod tests {
     use crate::methods::{dqn, ppo, trpo};
     use evaluation::run::fault::CheckpointError;
 
-    /// Keeps rows and checkpoints of a training.
     #[derive(Default)]
     struct Kept {
         saved: Option<Archive>,
         rows: Vec<(u64, Metrics)>,
         states: Vec<Archive>,
-        /// Whether it ends before the first row of this attempt.
         stops: bool,
     }
 
@@ -281,7 +277,6 @@ mod tests {
         assert_eq!([1, 10_000, 100_000, 5_000_000].map(row_steps), [1, 200, 2000, 2000]);
     }
 
-    /// Five of many, with their places.
     fn some<T>(all: &[T]) -> impl Iterator<Item = (usize, &T)> {
         all.iter().enumerate().step_by(all.len().div_ceil(5))
     }

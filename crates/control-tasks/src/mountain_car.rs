@@ -3,7 +3,6 @@
 //! Equations, constants and the order of the arithmetic are gymnasium's (1.4.0,
 //! `envs/classic_control/continuous_mountain_car.py`): the state is rounded to single precision after every step. The paper
 //! varies the largest speed, the goal and the power of the motor, but gives no values.
-//!
 //! Deviation: the grid of values is ours, around gymnasium's.
 
 use crate::episodes::Dynamics;
@@ -13,10 +12,8 @@ use crate::task::{
     all, feature, grid, scenario, settings,
 };
 
-/// Ends of the track.
 const POSITIONS: [f64; 2] = [-1.2, 0.6];
 
-/// Pull of gravity down the valley.
 const GRAVITY: f64 = 0.0025;
 
 /// Reward at the goal.
@@ -40,7 +37,6 @@ pub type State = [f64; 2];
 
 impl MountainCar {
     /// Returns the reward of an action, the state afterwards, and whether the goal is reached.
-    ///
     /// As numpy does with an action in single precision, sums are in single precision where the state is in it, which is so
     /// after every step but not where an episode starts.
     pub fn step(&self, [position, velocity]: State, action: f32) -> (f64, State, bool) {

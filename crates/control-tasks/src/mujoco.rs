@@ -3,7 +3,6 @@
 //! Everything else builds and runs without it. What the library computes is reached through functions only, never through the
 //! layout of a struct: models are given as MJCF (MuJoCo's XML), and states go in and out with `mj_setState` and `mj_getState`.
 //! A library of a version that was not checked is refused, and so is one whose state is not what is expected.
-//!
 //! Two facts justify the calls, and each `SAFETY` comment names what else is needed:
 //! - **Signatures.** Those here are those of `mujoco.h` in [`VERSIONS`], which `Api::load` checks first.
 //! - **Whose memory.** A [`Simulation`] owns its model and its data, and is neither `Send` nor `Sync`.
@@ -38,7 +37,6 @@ const CONTROL: c_int = 1 << 6;
 /// What makes the next step the same: the solver's result is where it starts in the next step.
 const STATE: c_int = POSITION | VELOCITY | WARM_START;
 
-/// Bytes of a message.
 const MESSAGE: usize = 1000;
 
 /// Why MuJoCo cannot be used.
@@ -130,7 +128,6 @@ fn library(folder: Option<PathBuf>) -> Result<PathBuf, MujocoError> {
     found.map(|file| file.path()).max().ok_or_else(none)
 }
 
-/// Returns the folder of Python's package, asked of the `python3` that comes first.
 fn package() -> Result<PathBuf, String> {
     // Only where it is: importing it would take a second.
     let script = "import importlib.util as u; s = u.find_spec('mujoco'); print(s.submodule_search_locations[0] if s else '')";
@@ -214,7 +211,6 @@ impl<const N: usize> Lazy<N> {
     }
 }
 
-/// A copy makes its own simulation.
 impl<const N: usize> Clone for Lazy<N> {
     fn clone(&self) -> Self {
         Self::new(self.mjcf.clone(), self.controls, self.mass_kg)
@@ -255,9 +251,7 @@ impl<const N: usize> fmt::Debug for Simulation<N> {
 }
 
 impl<const N: usize> Simulation<N> {
-    /// `mjcf`: the model.
-    /// `controls`: how many numbers an action has.
-    /// `mass`: to which the masses and inertias of all bodies are scaled, in kg.
+    /// `controls` is how many numbers an action has, `mass` that to which the masses and inertias of all bodies are scaled, kg.
     /// Fails with [`MujocoError`] when the library is missing, or refuses the model, or the state is not of `N` numbers.
     fn new(mjcf: &str, controls: usize, mass: Option<f64>) -> Result<Self, MujocoError> {
         let api = api()?;

@@ -15,7 +15,6 @@ use crate::task::{
 };
 use learners::rl::environment::Environment as _;
 
-/// Time of a step, s.
 const STEP_S: f64 = 0.05;
 
 /// Largest angular velocity, rad/s.
@@ -46,7 +45,6 @@ pub(crate) fn wrap(angle: f64) -> f64 {
 
 impl Pendulum {
     /// Returns the reward of a torque, which is cut to the limit, and the state afterwards.
-    ///
     /// Deviation: all arithmetic is in double precision, as in gymnasium with an action in double precision; there a torque in
     /// single precision is squared and scaled in single precision.
     pub fn step(&self, [angle, velocity]: State, torque: f64) -> (f64, State) {
@@ -86,10 +84,8 @@ impl Dynamics for Pendulum {
     }
 }
 
-/// Episodes of the references.
 const EPISODES: u64 = 64;
 
-/// Torques of the solved policy, from one limit to the other.
 const TORQUES: usize = 9;
 
 /// Places of the grid: angles around the turn, and velocities from one limit to the other.
@@ -102,7 +98,6 @@ const VELOCITIES: usize = 101;
 /// - **solved**: the best of `TORQUES` torques by values that were computed backwards from the last step on a grid of
 ///   angles and velocities. It knows the dynamics, so no method that learns is expected to do much better; a score can exceed
 ///   1 a little, as the grid and the torques are coarse.
-///
 /// Source: ours. The paper does not say how it normalises.
 pub fn references(pendulum: &Pendulum) -> [f64; 2] {
     let mut environment = Episodes::of(*pendulum);

@@ -5,7 +5,6 @@
 //! An episode ends when the pendulum stands upright or passes the top slowly enough to be seen near it on both sides. The five
 //! pairs of mass and length are those of Jayawardana et al. (NeurIPS 2022), which mark one as generic and one as simplified.
 //! Observations are gymnasium's.
-//!
 //! Deviation: the largest torque is 20 N m. The paper does not state its own. With gymnasium's 2 N m even a pendulum of
 //! 1.5 kg and 4 m takes more than 500 of the 200 steps there are, but the paper reports that four of five were solved. Any
 //! limit from 14 to 45 N m makes the first four solvable and the fifth not. `environment.max_torque_nm = 2` is gymnasium's.
@@ -20,10 +19,8 @@ use crate::task::{
     feature, point, scenario, settings,
 };
 
-/// Time of a step, s.
 const STEP_S: f64 = 0.05;
 
-/// Gravity, m/s².
 const GRAVITY_MPS2: f64 = 10.0;
 
 /// Largest angular velocity, rad/s.

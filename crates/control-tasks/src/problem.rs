@@ -44,7 +44,6 @@ impl<T: Task> TaskProblem<T> {
     }
 }
 
-/// Returns the features of every point MDP without some; nothing where there is no other feature.
 fn left_out(family: &MdpFamily, without: &[&str]) -> Vec<Vec<f64>> {
     let acts = |f: &usize| !without.contains(&family.features[*f].name.as_str());
     let acting: Vec<usize> = (0..family.features.len()).filter(acts).collect();

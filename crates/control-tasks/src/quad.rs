@@ -3,12 +3,9 @@
 //! The dynamics are those of Inala et al. (ICLR 2020; github.com/jinala/RLBench, `quad/quad_train.py`): it moves ahead at
 //! about 2 m/s, and an action accelerates it up or down. A course has 60 tunnels of a metre each between a lower and an upper
 //! wall, which go up and down together; body and tilt are ignored where it meets a wall.
-//!
-//! Two choices, see `docs/control-tasks.md`:
-//! - The paper calls its two numbers lengths of obstacles, u and l. No variable of the code is one; its own values, 1 and 5,
-//!   are the heights of both walls before the first tunnel, so that is what they are here.
-//! - A tilt that no action changes ends an episode in the original. So nearly a third of the episodes fail late whatever is
-//!   done. `environment.tilt_check = false` leaves that out.
+//! Two choices, see `docs/control-tasks.md`: the paper calls its two numbers lengths of obstacles, u and l; no variable of the
+//! code is one, so they are the heights of both walls before the first tunnel, whose values in the code are 1 and 5. And
+//! `environment.tilt_check = false` leaves out that a tilt, which no action changes, ends nearly a third of the episodes.
 
 use crate::episodes::Dynamics;
 use crate::methods::{ppo, td3, trpo};
@@ -17,7 +14,6 @@ use crate::task::{
     feature, point, scenario, settings,
 };
 
-/// Time of a step, s.
 const STEP_S: f64 = 0.1;
 
 /// Largest acceleration, m/s².

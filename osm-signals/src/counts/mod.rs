@@ -3,11 +3,10 @@
 //! Counts come as GeoJSON, a line per counted stretch of road, or as CSV, a row per count
 //! station. A count is the traffic of a road in both directions, of a one-way road in its one.
 //!
-//! The join looks along a street, from its junction outwards, for counted lines that run beside
-//! it. Taking the nearest line instead gives a street the traffic of a freeway that crosses above
-//! it (which happened in the embedded family: 200,403 vehicles per day on one lane) or of the
-//! street that it meets; so a line has to have the street's direction, has to stay near it, and
-//! its count has to be possible on the street's lanes.
+//! The join looks along a street, from its junction outwards, for counted lines that run beside it. Taking the nearest line
+//! instead gives a street the traffic of a freeway that crosses above it (which happened in the embedded family: 200,403
+//! vehicles per day on one lane) or of the street that it meets; so a line has to have the street's direction, has to stay
+//! near it, and its count has to be possible on the street's lanes.
 //!
 //! Of different counts of one place none is taken: they are left out and named.
 

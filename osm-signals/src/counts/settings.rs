@@ -26,18 +26,16 @@ impl Default for CountSettings {
     fn default() -> Self {
         Self {
             field: None,
-            // Half the width of a divided road of eight lanes with its median. In Salt Lake City
-            // three quarters of the matches are within 4 m; at 30 m 69% of the arms have one and
-            // 1.4% of streets moved by 60 m, where none is; 50 m finds 2% more arms and nearly
-            // triples the wrong ones (tests/networks/osm_salt_lake_city.rs).
+            // Half the width of a divided road of eight lanes with its median. In Salt Lake City three quarters of the
+            // matches are within 4 m; at 30 m 69% of the arms have one and 1.4% of streets moved by 60 m, where none is; 50
+            // m finds 2% more arms and nearly triples the wrong ones (tests/networks/osm_salt_lake_city.rs).
             match_m: 30.0,
             // A grid of streets has its next axis at 90 degrees, a fork at 45.
             match_deg: 30.0,
-            // Leaving out each of 403 counted sections of streets in Salt Lake City (UDOT, 2019, no
-            // freeways; neighbours with one value are one section), the next section of the street within
-            // 1000 m is off by a factor of 1.26 in the median, the mean of its class (state route or
-            // not) by 1.44; 49% and 34% are within 25%, 15% and 24% off by more than 2. Within 250 m
-            // and within 2500 m it is 1.27.
+            // Leaving out each of 403 counted sections of streets in Salt Lake City (UDOT, 2019, no freeways; neighbours
+            // with one value are one section), the next section of the street within 1000 m is off by a factor of 1.26 in
+            // the median, the mean of its class (state route or not) by 1.44; 49% and 34% are within 25%, 15% and 24% off
+            // by more than 2. Within 250 m and within 2500 m it is 1.27.
             spread_m: 1000.0,
             // More than twice what a signal with half the green lets through: 1900 veh/h of
             // saturation flow in a peak hour of 9% of the day give 10,500 vehicles per day. In

@@ -9,8 +9,7 @@
 //! - **Two elements with one id**: the later one in the file wins; both formats count them.
 //! - **The same data gives the same extract**, whatever the format and the number of threads.
 //!
-//! Source: <https://wiki.openstreetmap.org/wiki/PBF_Format>,
-//! <https://wiki.openstreetmap.org/wiki/OSM_XML>.
+//! Source: <https://wiki.openstreetmap.org/wiki/PBF_Format>, <https://wiki.openstreetmap.org/wiki/OSM_XML>.
 
 #[cfg(test)]
 mod bad;

@@ -60,8 +60,7 @@ pub(super) fn restrictions(
     found
 }
 
-/// A kind, such as `no_left_turn`, and the times at which it holds, if it does not always; or why it cannot
-/// be used.
+/// A kind, such as `no_left_turn`, and the times at which it holds, if it does not always; or why it cannot be used.
 type Clause<'a> = Result<(&'a str, Option<Hours>), &'static str>;
 
 /// What is said of a restriction that is for some vehicles only.

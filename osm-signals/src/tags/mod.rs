@@ -1,5 +1,4 @@
-//! What the tags of ways and nodes mean: which ways are drivable, which way traffic goes, what a
-//! signal node controls.
+//! What the tags of ways and nodes mean: which ways are drivable, which way traffic goes, what a signal node controls.
 //!
 //! Drivable is what OSMnx's filter `drive` keeps.
 //!
@@ -101,8 +100,7 @@ fn closes(value: &str) -> bool {
     CLOSED.contains(&value)
 }
 
-/// Returns whether the public's motor vehicles are kept out: the most specific tag that says so or the
-/// opposite decides.
+/// Returns whether the public's motor vehicles are kept out: the most specific tag that says so or the opposite decides.
 fn is_closed(tags: &Tags<'_>, suffix: &str) -> bool {
     let values = WHO.iter().filter_map(|key| match suffix {
         "" => tag(tags, key),

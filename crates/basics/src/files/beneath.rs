@@ -1,12 +1,10 @@
 //! Nothing is written out of a folder: links that lie within it are not followed.
-//!
-//! A results directory may come from a stranger, and a link in it (`logs/`, `done/000/`, `lock.json`) would
-//! lead what is written, replaced or tidied up to wherever the stranger liked. The folder itself may be a
-//! link, as people keep results on other disks; what is beneath it may not. Every folder on the way is looked
-//! at before it is used. A file that lies there may have a second name elsewhere too (a hard link, as archives and
-//! `cp -l` make them), so no file is opened for writing: every one is made anew and renamed into its place
-//! ([`super::new_beneath`]). That keeps out what lies there; it is no fence against a process that exchanges folders
-//! while we run, which could write by itself what it wants.
+//! A results directory may come from a stranger, and a link in it (`logs/`, `done/000/`, `lock.json`) would lead what is
+//! written, replaced or tidied up to wherever the stranger liked. The folder itself may be a link, as people keep results
+//! on other disks; what is beneath it may not. Every folder on the way is looked at before it is used. A file that lies
+//! there may have a second name elsewhere too (a hard link, as archives and `cp -l` make them), so no file is opened for
+//! writing: every one is made anew and renamed into its place ([`super::new_beneath`]). That keeps out what lies there; it
+//! is no fence against a process that exchanges folders while we run, which could write by itself what it wants.
 
 use std::fs;
 use std::io::{Error, ErrorKind};
@@ -26,7 +24,6 @@ pub fn beneath(root: &Path, path: &Path) -> Result<(), FileError> {
     for name in below.components() {
         let Component::Normal(name) = name else { return outside() };
         part.push(name);
-        // What is not there yet has nothing beneath it.
         if fs::symlink_metadata(&part).is_ok_and(|about| about.is_symlink()) {
             let reason = "it is a link, which would lead what is written out of the folder; replace it by what it \
                           points to, or remove it";
@@ -42,7 +39,6 @@ pub fn make_folder(folder: &Path) -> Result<(), FileError> {
 }
 
 /// Makes a folder beneath a root, and the folders between; see [`beneath`].
-/// Fails with [`FileError`] when one is a link or cannot be made.
 pub fn make_folder_beneath(root: &Path, folder: &Path) -> Result<(), FileError> {
     beneath(root, folder)?;
     make_folder(folder)

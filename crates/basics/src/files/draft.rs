@@ -1,7 +1,5 @@
 //! Files that are either as before or complete: a draft, synced, then renamed.
-//!
-//! A process that is killed while it writes leaves its draft. Whoever writes into the same folder next
-//! removes it after a while: drafts have a name of their own.
+//! A process that is killed leaves its draft; whoever writes into the same folder next removes it after a while.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, Permissions};
@@ -20,14 +18,12 @@ const ABANDONED: Duration = Duration::from_secs(3600);
 
 static TIDIED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Returns the permissions of files that others may read, less the user's umask; drafts would be
-/// private otherwise, which is of no use on a shared disk.
+/// Returns the permissions of files that others may read, less the user's umask; drafts would be private otherwise.
 pub fn readable() -> Permissions {
     Permissions::from_mode(0o666)
 }
 
 /// Writes a file so that it is either as before or complete: a draft beside it, synced and renamed.
-/// Fails with [`FileError`] when the folder cannot be written; nothing is left behind.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     by_way_of(parent.unwrap_or(Path::new(".")), path, bytes).map(drop)
@@ -35,7 +31,6 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 
 /// Writes a file beneath a root so that it is either as before or complete, with the draft in another folder
 /// beneath it. Both folders are made where they are missing, and neither may be reached through a link.
-/// Fails with [`FileError`] when a folder is a link or cannot be written; nothing is left behind.
 pub fn replace(root: &Path, path: &Path, drafts: &Path, bytes: &[u8]) -> Result<(), FileError> {
     for folder in path.parent().into_iter().chain([drafts]) {
         make_folder_beneath(root, folder)?;
@@ -45,7 +40,6 @@ pub fn replace(root: &Path, path: &Path, drafts: &Path, bytes: &[u8]) -> Result<
 
 /// The same, of a file that may not be a link either; returns it, locked. What stood there stays as it is under any other
 /// name that it has.
-/// Fails with [`FileError`] when a folder or the file is a link, or cannot be written.
 pub fn new_beneath(
     root: &Path,
     path: &Path,

@@ -1,5 +1,4 @@
-//! Most bytes of files that are read into memory as a whole: far above what anybody has, and far
-//! below what a machine has.
+//! Most bytes of files that are read into memory as a whole: far above what anybody has, and far below what a machine has.
 
 /// Of a scenario.
 pub const SCENARIO: u64 = 1 << 24;

@@ -37,13 +37,11 @@ impl FileError {
 }
 
 /// Opens a file that somebody named; see [`sheet::file::open`].
-/// Fails with [`FileError`] when it cannot be opened or is no regular file.
 pub fn open(path: &Path) -> Result<File, FileError> {
     sheet::file::open(path).map(|(file, _)| file).map_err(FileError::at("read", path))
 }
 
 /// Returns the bytes of a file that somebody named, which has at most so many; see [`sheet::file::read`].
-/// Fails with [`FileError`] when it cannot be read, is no regular file or larger.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {
     sheet::file::read(path, most).map_err(FileError::at("read", path))
 }
@@ -56,7 +54,6 @@ pub fn read_text(path: &Path, most: u64) -> Result<String, FileError> {
 }
 
 /// Returns what is read of a file; `None` where there is none.
-/// Fails with any other that reading it gave.
 pub fn if_present<T>(read: Result<T, FileError>) -> Result<Option<T>, FileError> {
     let absent = |e: &FileError| e.reason.kind() == ErrorKind::NotFound;
     read.map(Some).or_else(|e| if absent(&e) { Ok(None) } else { Err(e) })

@@ -1,5 +1,4 @@
-//! Numbers that somebody else gives: what is finite and too large for whatever is computed of it would come out as
-//! infinite.
+//! Numbers that somebody else gives: what is finite and too large makes infinite whatever is computed of it.
 
 /// Largest number, positive or negative: sums of squares of as many as fit into memory are finite.
 pub const LARGEST: f64 = 1e100;

@@ -1,5 +1,3 @@
-//! `ars`: augmented random search, as sb3-contrib has it.
-
 use super::{Method, Training};
 pub(crate) use learners::rl::sb3::ars::{Ars as Algorithm, Settings as Config};
 

@@ -1,5 +1,3 @@
-//! `dqn`: deep Q-learning, as Stable-Baselines3 has it.
-
 use super::{Method, Training, weights};
 pub(crate) use learners::rl::sb3::dqn::{Dqn as Algorithm, Settings as Config};
 

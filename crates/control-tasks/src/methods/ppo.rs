@@ -1,5 +1,3 @@
-//! `ppo`: proximal policy optimisation, as Stable-Baselines3 has it.
-
 use super::{Method, Training, weights};
 pub(crate) use learners::rl::sb3::ppo::{Ppo as Algorithm, Settings as Config};
 

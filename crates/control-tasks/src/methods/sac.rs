@@ -1,5 +1,3 @@
-//! `sac`: soft actor-critic, as Stable-Baselines3 has it.
-
 use super::{Method, Training, weights};
 pub(crate) use learners::rl::sb3::sac::{Sac as Algorithm, Settings as Config};
 

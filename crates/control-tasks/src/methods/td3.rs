@@ -1,5 +1,3 @@
-//! `td3`: twin delayed deep deterministic policy gradient, as Stable-Baselines3 has it.
-
 use super::{Method, Training, weights};
 pub(crate) use learners::rl::sb3::td3::{Settings as Config, Td3 as Algorithm};
 

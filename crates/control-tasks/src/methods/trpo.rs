@@ -1,5 +1,3 @@
-//! `trpo`: trust region policy optimisation, as sb3-contrib has it.
-
 use super::{Method, Training, weights};
 pub(crate) use learners::rl::sb3::trpo::{Settings as Config, Trpo as Algorithm};
 

@@ -6,7 +6,6 @@ use self::scenario::Settings;
 use crate::episodes::{Dynamics, Episodes};
 use evaluation::family::MdpFamily;
 
-// What the file of a task is made of.
 pub(crate) use self::scenario::scenario;
 pub(crate) use evaluation::family::PointMdp;
 pub(crate) use evaluation::run::domain::Objective;
@@ -16,7 +15,6 @@ pub(crate) use evaluation::stats::{Direction, Side};
 pub(crate) use learners::rl::environment::Actions;
 pub(crate) use learners::rl::random::Generator;
 
-/// An objective: the return in relation to that of known policies.
 pub(crate) const NORMALISED_RETURN: Objective = Objective {
     metric: "normalised_return",
     title: "normalised return",
@@ -24,7 +22,6 @@ pub(crate) const NORMALISED_RETURN: Objective = Objective {
     direction: Direction::Higher,
 };
 
-/// An objective: the return.
 pub(crate) const RETURN: Objective =
     Objective { metric: "return", title: "return", unit: "", direction: Direction::Higher };
 
@@ -46,7 +43,6 @@ pub struct ContextFeature {
 /// The least value of what has to be above 0.
 pub(crate) const ABOVE_0: f64 = f64::MIN_POSITIVE;
 
-/// Any value above 0.
 pub(crate) const POSITIVE: [f64; 2] = [ABOVE_0, f64::MAX];
 
 pub(crate) const fn feature(
@@ -245,7 +241,6 @@ pub(crate) mod testing {
         }
     }
 
-    /// Checks that a restored episode goes on as before, and that an episode is the same each time.
     pub(crate) fn check_episodes<T: Task>() {
         let scenario = T::Scenario::default();
         let default: Vec<f64> = T::FEATURES.iter().map(|f| f.default).collect();

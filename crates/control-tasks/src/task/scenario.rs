@@ -77,9 +77,7 @@ pub trait Settings: Named + Default + Clone + std::fmt::Debug + Send + Sync + 's
     /// an observation and an action.
     fn work(&self, method: &str, numbers: usize) -> Option<f64>;
 
-    /// Reads a scenario.
-    /// `file`: the file named in errors.
-    /// `overrides`: settings that replace the text's.
+    /// Reads a scenario; errors name `file`, and `overrides` replace settings of the text.
     /// Fails with [`FamilyError`] when a setting does not exist, has a wrong type or is out of range.
     fn read(text: &str, file: &str, overrides: &[Override]) -> Result<Self, FamilyError> {
         let wrong = |message: String| FamilyError::Toml { file: file.to_owned(), message };

@@ -4,10 +4,8 @@ use pulp::Arch;
 
 use crate::nn::state::{State, kept};
 
-/// Decay of the first moment.
 const BETA1: f32 = 0.9;
 
-/// Decay of the second moment.
 const BETA2: f32 = 0.999;
 
 /// Added to the norm of a gradient before dividing by it, as PyTorch's `clip_grad_norm_` does.
@@ -70,7 +68,6 @@ impl State for Adam {
     kept! { State { "adam.first": first, "adam.second": second, "adam.steps": steps } }
 }
 
-/// Returns the sum of squares, in several accumulators so that vector units can compute it.
 fn sum_of_squares(x: &[f32]) -> f32 {
     Arch::new().dispatch(
         #[inline(always)]

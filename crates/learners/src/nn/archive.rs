@@ -16,10 +16,8 @@ use serde_json::{Map, Value};
 use basics::files::{self, FileError, limits, write_atomically};
 use basics::hash::sha256;
 
-/// Key of the card in the file's metadata.
 const CARD_KEY: &str = "tsc-family";
 
-/// Key of the checksum on the card in the file.
 const CHECKSUM: &str = "sha256";
 
 /// Why a model or a checkpoint cannot be used.

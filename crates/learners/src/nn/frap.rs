@@ -1,5 +1,4 @@
-//! FRAP, the network of MPLight: values of phases from the demand of their movements, by comparing
-//! phases in pairs.
+//! FRAP, the network of MPLight: values of phases from the demand of their movements, by comparing phases in pairs.
 //!
 //! Its parameters depend neither on the number of movements nor on that of phases, so one network
 //! serves signals of different layout. For a movement `m` with phase bit `b` and demand `d`:
@@ -16,9 +15,8 @@
 //! `P_b` through its lower half, so both halves are computed once per phase, not once per pair. The
 //! backward pass visits only phases whose value has a gradient, for Q-learning one per row.
 //!
-//! Source: Zheng et al., "Learning phase competition for traffic signal control" (CIKM 2019); Chen et
-//! al., "Toward a thousand lights" (AAAI 2020); sizes, sigmoids and embeddings as in RESCO,
-//! agents/mplight.py.
+//! Source: Zheng et al., "Learning phase competition for traffic signal control" (CIKM 2019); Chen et al., "Toward a
+//! thousand lights" (AAAI 2020); sizes, sigmoids and embeddings as in RESCO, agents/mplight.py.
 //!
 //! Deviation: a phase may be named by any number of movements; RESCO's always have two, of which two
 //! phases share none or exactly one.
@@ -38,10 +36,8 @@ use super::{Network, Part, linear_parts, room};
 /// Numbers of an embedding, and of a demand after its linear map.
 const EMBEDDING: usize = 4;
 
-/// Numbers of a movement.
 const MOVEMENT: usize = 16;
 
-/// Numbers of a pair of phases.
 const PAIR: usize = 20;
 
 /// Numbers in front of the demand in an input row: the layout, then the current phase.
@@ -60,7 +56,6 @@ pub struct PhaseLayout {
 
 impl PhaseLayout {
     /// Returns the layout of a signal.
-    ///
     /// * `pairs` — per phase the movements that it is named by, mostly two, by any numbering.
     /// * `stride` — distance between the demand of consecutive movements, in numbers.
     pub fn new(pairs: &[Vec<usize>], stride: usize) -> Self {
@@ -137,11 +132,8 @@ struct Buffers {
     rows: Vec<(usize, usize, usize)>,
     /// Per movement of every row: its phase bit.
     bits: Vec<bool>,
-    /// Per movement of every row: its demand, squashed; shape `[movements, 4]`.
     demand: Vec<f32>,
-    /// `h`, shape `[movements, 16]`.
     movement: Vec<f32>,
-    /// `P`, shape `[phases, 16]`.
     phase: Vec<f32>,
     /// Both halves of the pair's convolution, shape `[phases, 20]`.
     upper: Vec<f32>,
@@ -159,7 +151,6 @@ struct Buffers {
     dlower: Vec<f32>,
     dphase: Vec<f32>,
     dmovement: Vec<f32>,
-    /// A transposed matrix of weights.
     turned: Vec<f32>,
 }
 
@@ -176,11 +167,8 @@ pub struct Frap {
 }
 
 impl Frap {
-    /// Returns the network for signals of these layouts.
-    ///
-    /// * `width` — demand numbers that a movement reads.
-    /// * `demand` — demand numbers per row.
-    /// When a layout reads beyond `demand`.
+    /// Returns the network for signals of these layouts, of whose `demand` numbers per row a movement reads `width`;
+    /// panics when a layout reads beyond `demand`.
     pub fn new(layouts: Vec<PhaseLayout>, width: usize, demand: usize) -> Self {
         assert!(layouts.iter().all(|l| l.demand(width) <= demand), "movements read beyond the row");
         let actions = layouts.iter().map(|l| l.phases.len()).max().unwrap_or(0);
@@ -215,8 +203,7 @@ impl Network for Frap {
         HEAD + self.demand
     }
 
-    /// The largest number of phases of a layout; phases that a layout does not have are worth
-    /// negative infinity.
+    /// The largest number of phases of a layout; phases that a layout does not have are worth negative infinity.
     fn outputs(&self) -> usize {
         self.actions
     }
@@ -401,7 +388,6 @@ impl Frap {
         Activation::Relu.apply(y);
     }
 
-    /// Sums what the pairs are worth into the values of phases.
     fn values(&mut self, parameters: &[f32]) -> &[f32] {
         let o = self.offsets;
         let b = &mut self.buffers;
@@ -468,7 +454,6 @@ impl Frap {
         active
     }
 
-    /// Through the competition's map to both halves of the pairs' map and to the relations.
     fn competition(&mut self, parameters: &[f32], dq: &[f32], gradient: &mut [f32], active: usize) {
         let o = self.offsets;
         let relations = self.relations(parameters);

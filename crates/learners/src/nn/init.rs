@@ -7,8 +7,7 @@ use rand_distr::{Distribution, StandardNormal, Uniform};
 /// How the weights of a layer start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Init {
-    /// Weights and biases uniform within `1 / sqrt(inputs)`: PyTorch's default for linear maps and
-    /// convolutions.
+    /// Weights and biases uniform within `1 / sqrt(inputs)`: PyTorch's default for linear maps and convolutions.
     Uniform,
     /// Weights normal with deviation `gain / sqrt(inputs)`, biases zero (LeCun, 1998; PFRL's).
     Normal(f32),
@@ -45,8 +44,7 @@ impl Init {
     }
 }
 
-/// Returns a matrix whose rows or columns, whichever are fewer, are orthonormal: normal numbers,
-/// made orthogonal one after the other (Gram and Schmidt, twice for precision).
+/// Returns a matrix of orthonormal rows or columns, whichever are fewer: normal numbers after Gram and Schmidt, twice.
 fn orthogonal(rows: usize, columns: usize, rng: &mut ChaCha8Rng) -> Vec<f32> {
     let (count, length) = (rows.min(columns), rows.max(columns));
     let mut vectors: Vec<Vec<f64>> = Vec::with_capacity(count);

@@ -2,8 +2,6 @@
 //!
 //! Loops are compiled for several processors by `pulp`, which takes the best at run time, so that one
 //! binary runs everywhere. Nothing here allocates.
-//!
-//! All matrices are row-major slices.
 
 use pulp::Arch;
 
@@ -24,7 +22,6 @@ const NUMERATOR: [f32; 7] = [
     4.893_524_6e-3,
 ];
 
-/// Coefficients of the even powers of the denominator, the highest first.
 const DENOMINATOR: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
 
 /// `y = x w + bias` with `x` of shape `[rows, inner]` and `w` of shape `[inner, columns]`.
@@ -171,7 +168,6 @@ pub(super) fn sigmoid(x: f32) -> f32 {
     1.0 / (1.0 + (-x).exp())
 }
 
-/// What is no number stays none.
 #[inline(always)]
 fn tanh(x: f32) -> f32 {
     let x = x.clamp(-LIMIT, LIMIT);

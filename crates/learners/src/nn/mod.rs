@@ -1,9 +1,8 @@
 //! Small neural networks on one thread: what the learners need and nothing else.
 //!
-//! A [`Network`] knows shapes and keeps the buffers of its last pass; its parameters are one flat
-//! vector that the caller holds. So a target network is a second vector, and saving, copying and
-//! optimising are one line each. Backward passes are derived by hand and checked against finite
-//! differences.
+//! A [`Network`] knows shapes and keeps the buffers of its last pass; its parameters are one flat vector that the caller
+//! holds. So a target network is a second vector, and saving, copying and optimising are one line each. Backward passes are
+//! derived by hand and checked against finite differences.
 
 pub mod adam;
 pub mod archive;
@@ -54,7 +53,6 @@ pub trait Network {
     fn single(&mut self, parameters: &[f32], inputs: &[f32]) -> &[f32];
 
     /// Writes the gradient of `sum(outputs * output_gradient)` by the parameters into `gradient`.
-    ///
     /// Belongs to the last [`Self::forward`], with the same parameters and inputs.
     fn backward(
         &mut self,
@@ -73,7 +71,6 @@ pub fn save(network: &impl Network, parameters: &[f32], prefix: &str, archive: &
 }
 
 /// Returns the parameters of a network; fails where a part is missing, has another shape, or a number in it is none.
-/// [`ArchiveError`] when a part is missing, has another shape, or a number in it is none.
 pub fn load(
     network: &impl Network,
     prefix: &str,
@@ -124,9 +121,8 @@ pub(crate) mod testing {
         assert_eq!(end, network.parameters());
     }
 
-    /// Checks the gradient of every part against central differences, in a direction of the outputs.
-    ///
-    /// Per part the length of the difference must be small against the length of the gradient, so that
+    /// Checks the gradient of every part against central differences, in a direction of the outputs: the length of the
+    /// difference must be small against that of the gradient, so that
     /// a part with small gradients counts as much as one with large ones.
     pub(crate) fn check_gradient(
         network: &mut impl Network,

@@ -5,8 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 /// A matrix that is read number by number: its numbers, the distance between rows, and that between columns.
 pub(super) type Matrix<'a> = (&'a [f32], usize, usize);
 
-/// Writes `c = a b`, or adds it when `add` is set; `b` and `c` have `columns` columns and are
-/// row-major.
+/// Writes `c = a b`, or adds it when `add` is set; `b` and `c` are row-major and have `columns` columns.
 pub(super) fn multiply(a: Matrix<'_>, b: &[f32], columns: usize, c: &mut [f32], add: bool) {
     Arch::new().dispatch(Multiply { a, b, columns, c, add });
 }

@@ -17,8 +17,7 @@ use super::{Network, Part, linear_parts, room};
 /// Rows of a batch that are computed together; fewer cost as much.
 pub const TILE: usize = 32;
 
-/// Inputs after which the sums of [`linear`] are put aside, so that their weights stay in the nearest
-/// cache.
+/// Inputs after which the sums of [`linear`] are put aside, so that their weights stay in the nearest cache.
 const DEPTH: usize = 64;
 
 /// Pixels of a 2 x 2 kernel.
@@ -34,9 +33,7 @@ struct Layer {
     activation: Activation,
     /// Where its weights, then its biases, begin in the flat vector.
     offset: usize,
-    /// Outputs of every tile of the last forward pass.
     values: Vec<f32>,
-    /// Outputs of a single row.
     single: Vec<f32>,
 }
 
@@ -442,8 +439,7 @@ fn block<S: Simd, const V: usize, const B: usize>(
     *y = sums;
 }
 
-/// The gradient of the weights of [`linear`], `dw = x dy^T`, or added when `add` is set; `rows` has room for as many
-/// numbers as `dy`.
+/// The gradient of the weights of [`linear`], `dw = x dy^T`, or added when `add` is set; `rows` has room for `dy`.
 fn weight_gradient(x: &[f32], dy: &[f32], rows: &mut [f32], dw: &mut [f32], add: bool) {
     let outputs = dy.len() / TILE;
     from_tile(dy, outputs, rows);
@@ -580,7 +576,6 @@ mod tests {
         (0..count).map(|_| rng.random_range(-1.0..1.0)).collect()
     }
 
-    /// IDQN's network for a signal of four lanes.
     fn idqn() -> Sequential {
         Sequential::new(20)
             .convolution(5, 6, Activation::Relu)

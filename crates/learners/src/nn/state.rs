@@ -20,7 +20,6 @@ pub trait Learned {
     fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
 }
 
-/// Makes both methods of a trait from names and the fields that are kept under them.
 macro_rules! kept {
     (State { $($fields:tt)* }) => { kept! { @both save restore { $($fields)* } } };
     (Learned { $($fields:tt)* }) => { kept! { @both learned load { $($fields)* } } };

@@ -228,7 +228,6 @@ impl<N: Network> State for Dqn<N> {
 /// What the target network says of stored transitions. Until its next copy that stays the same, so that it is computed once.
 #[derive(Debug, Clone, Default)]
 struct Target {
-    /// Value of the state after each stored transition; NaN where the network was not asked.
     values: Vec<f32>,
     /// Place up to which the network has been asked ahead.
     ahead: usize,

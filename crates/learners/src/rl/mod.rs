@@ -31,13 +31,11 @@ fn largest(values: &[f32]) -> usize {
     (1..values.len()).fold(0, |best, i| if values[i] > values[best] { i } else { best })
 }
 
-/// Huber's loss: half the square of an error up to 1, a straight line beyond.
 fn huber(error: f32) -> f32 {
     let size = error.abs();
     if size <= 1.0 { 0.5 * error * error } else { size - 0.5 }
 }
 
-/// Sums over what an algorithm counts its losses by: gradient steps, or updates.
 #[derive(Debug, Clone, Copy, Default)]
 struct Losses {
     loss: f64,
@@ -60,7 +58,6 @@ impl Losses {
     }
 }
 
-/// A network, its parameters and those of its slow copy.
 #[derive(Debug, Clone)]
 struct Followed<N> {
     network: N,
@@ -95,7 +92,6 @@ impl<N: Network> Followed<N> {
         self.network.single(&self.parameters, inputs)
     }
 
-    /// Moves the slow copy by a share.
     fn follow(&mut self, tau: f32) {
         let both = self.target.iter_mut().zip(&self.parameters);
         both.for_each(|(t, p)| *t = tau.mul_add(*p - *t, *t));

@@ -23,7 +23,6 @@ impl Normaliser {
         Self { mean: vec![0.0; width], squares: vec![0.0; width], count: 0 }
     }
 
-    /// Takes an observation into account.
     fn update(&mut self, observation: &[f32]) {
         self.count += 1;
         let count = self.count as f64;

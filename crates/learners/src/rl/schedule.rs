@@ -1,7 +1,6 @@
 //! How exploration falls.
 
-/// Returns the exploration after `seen` transitions: from `start` to `end` in a straight line over
-/// `span` transitions, then `end`.
+/// Returns the exploration after `seen` transitions: from `start` in a straight line over `span` of them to `end`.
 pub fn linear_epsilon(start: f64, end: f64, span: u64, seen: u64) -> f64 {
     if seen >= span { end } else { start + (end - start) * (seen as f64 / span as f64) }
 }

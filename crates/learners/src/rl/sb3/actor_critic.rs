@@ -16,8 +16,7 @@ use crate::rl::random::Generator;
 /// Gains of the orthogonal weights: of hidden layers, of the policy's last and of the value's last.
 const GAINS: [f32; 3] = [std::f32::consts::SQRT_2, 0.01, 1.0];
 
-/// Both networks and their parameters: the policy's, the value's, the logarithms of the policy's deviations, which start
-/// at 0.
+/// Both networks and their parameters: the policy's, the value's, the logarithms of the policy's deviations, first 0.
 #[derive(Debug, Clone)]
 pub(in crate::rl) struct ActorCritic {
     policy: Sequential,

@@ -51,10 +51,8 @@ pub struct Ars<E> {
     steps: u64,
     /// Shape `[outputs, observation]`.
     weights: Vec<f32>,
-    /// Those of a direction that is tried.
     tried: Vec<f32>,
     directions: Vec<f32>,
-    /// Returns of every direction, forth and back.
     returns: Vec<[f32; 2]>,
     order: Vec<usize>,
     outputs: Vec<f32>,

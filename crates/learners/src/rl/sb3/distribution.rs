@@ -35,7 +35,6 @@ impl Flavour {
 pub(super) struct Distribution {
     actions: Actions,
     pub(super) flavour: Flavour,
-    /// Probabilities of numbered actions in one state, and their logarithms.
     probabilities: Vec<f32>,
     logs: Vec<f32>,
 }
@@ -96,7 +95,6 @@ impl Distribution {
         }
     }
 
-    /// As the environment takes it.
     pub(super) fn best(&self, outputs: &[f32], action: &mut [f32]) {
         match self.actions {
             Actions::Numbered(_) => action[0] = largest(outputs) as f32,
@@ -107,7 +105,6 @@ impl Distribution {
         }
     }
 
-    /// What the environment allows.
     pub(super) fn cut(&self, action: &mut [f32]) {
         if let Actions::Continuous { limit, .. } = self.actions {
             action.iter_mut().for_each(|a| *a = a.clamp(-limit, limit));

@@ -1,9 +1,8 @@
 //! Deep Q-learning (Mnih et al., 2015), as Stable-Baselines3's `DQN`.
 //!
 //! Choices where implementations differ, beside those of [`crate::rl::dqn`]:
-//! - **Updates** come in blocks: after every [`Settings::train_frequency`] steps as many as
-//!   [`Settings::gradient_steps`] says, but none before [`Settings::learning_starts`] steps, in which actions
-//!   are random.
+//! - **Updates** come in blocks of [`Settings::gradient_steps`], after every [`Settings::train_frequency`] steps but for
+//!   the first [`Settings::learning_starts`], in which actions are random.
 //! - **A cut episode** has the value of the state after it.
 
 use super::Lanes;

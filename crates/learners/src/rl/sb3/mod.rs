@@ -39,7 +39,6 @@ pub enum Schedule {
 
 impl Schedule {
     /// Returns the number when `steps` of `total` are done.
-    ///
     /// Deviation: in Stable-Baselines3 a training that ends with a whole update has a negative number in it.
     fn at(self, start: f32, steps: u64, total: u64) -> f32 {
         match self {
@@ -72,9 +71,8 @@ pub struct Progress {
 
 /// A training in its environments; it is kept and goes on also within an episode.
 pub trait Trainer: Persist {
-    /// Goes on until at least `steps` steps are done since the training began, and the update that follows
-    /// them; `seeds` gives the seed of the episode of a number. Never goes on beyond the training's own steps
-    /// by more than an update.
+    /// Goes on until at least `steps` steps are done since the training began, and the update that follows them; `seeds`
+    /// gives the seed of the episode of a number. Never goes on beyond the training's own steps by more than an update.
     fn advance(&mut self, steps: u64, seeds: &mut dyn FnMut(u32) -> u64) -> Progress;
 
     /// Steps done.
@@ -91,14 +89,12 @@ pub trait Trainer: Persist {
 struct Lane<E> {
     environment: E,
     observation: Vec<f32>,
-    /// Sum of rewards of the running episode.
     total: f64,
 }
 
 #[derive(Debug, Clone)]
 struct Lanes<E> {
     lanes: Vec<Lane<E>>,
-    /// Episodes begun, in all environments.
     begun: u32,
     /// Episodes ended since [`Self::report`], and the sums of their returns and scores.
     ended: u32,

@@ -42,7 +42,6 @@ pub(super) struct Batch {
     /// Observations, and the same beside the actions that were taken.
     pub(super) states: Vec<f32>,
     pub(super) pairs: Vec<f32>,
-    /// Observations afterwards.
     pub(super) nexts: Vec<f32>,
     pub(super) rewards: Vec<f32>,
     /// 1, or 0 where nothing can follow.
@@ -51,10 +50,8 @@ pub(super) struct Batch {
 
 /// What an algorithm learns, with actions from -1 to 1.
 pub trait Learner: State + Learned {
-    /// Writes the action of a state while learning.
     fn explore(&mut self, observation: &[f32], draws: &mut Generator, action: &mut [f32]);
 
-    /// Writes the action that is thought best.
     fn best(&mut self, observation: &[f32], action: &mut [f32]);
 
     /// Returns what the policy says of states, a row each, to see whether it says anything.
@@ -64,7 +61,6 @@ pub trait Learner: State + Learned {
     #[expect(private_interfaces, reason = "only algorithms of this folder are learners")]
     fn update(&mut self, batch: &Batch, draws: &mut Generator) -> f64;
 
-    /// Whether all that was learned are numbers.
     fn is_finite(&self) -> bool;
 }
 
@@ -233,10 +229,8 @@ pub(super) struct Critics {
     /// What both are to become for a batch.
     targets: Vec<f32>,
     by_outputs: Vec<f32>,
-    /// Gradients by the inputs, of one critic and of the one that counts.
     by_inputs: Vec<f32>,
     by_actions: Vec<f32>,
-    /// Values of pairs, of the critic that counts and of one.
     values: Vec<f32>,
     seen: Vec<f32>,
 }

@@ -22,13 +22,11 @@ pub(super) struct Play {
     pub(super) adam_epsilon: f32,
 }
 
-/// The steps of an update, and what is to learn from them.
 #[derive(Debug, Clone)]
 pub(in crate::rl) struct Experience {
     pub(in crate::rl) networks: ActorCritic,
     pub(in crate::rl) rollout: Rollout,
     pub(in crate::rl) shuffling: Generator,
-    /// Places of the steps, for permutations.
     pub(super) order: Vec<usize>,
 }
 

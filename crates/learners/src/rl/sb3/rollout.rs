@@ -21,13 +21,11 @@ pub(in crate::rl) struct Rollout {
     width: usize,
     num_steps: usize,
     action_width: usize,
-    /// Steps so far.
     filled: usize,
     states: Vec<f32>,
     /// Actions as they were drawn, before they were cut to what the environment allows.
     actions: Vec<f32>,
     rewards: Vec<f32>,
-    /// Logarithm of the probability that each action had.
     logs: Vec<f32>,
     nexts: Vec<f32>,
     ends: Vec<f32>,
@@ -45,7 +43,6 @@ pub(super) struct Batch {
     pub(super) logs: Vec<f32>,
     pub(super) advantages: Vec<f32>,
     pub(super) returns: Vec<f32>,
-    /// Gradients of a loss.
     pub(super) by_outputs: Vec<f32>,
     pub(super) by_log_std: Vec<f32>,
     pub(super) by_values: Vec<f32>,

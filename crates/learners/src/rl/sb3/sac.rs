@@ -4,9 +4,8 @@
 //! - **Policy**: one network gives mean and logarithm of the deviation of a normal number per action, the logarithm cut
 //!   to -20..2; its hyperbolic tangent is the action. The density has 1e-6 added where it is divided by.
 //! - **Critics**: half the mean squared error each, towards the smaller target value less the entropy's cost.
-//! - **Entropy coefficient**: learned in its logarithm, towards an entropy of minus the number of actions; the losses of
-//!   an update use the coefficient from before the update. With [`Settings::learned_entropy_coefficient`] off it is
-//!   fixed.
+//! - **Entropy coefficient**: learned in its logarithm, towards an entropy of minus the number of actions; the losses of an
+//!   update use the coefficient from before the update. With [`Settings::learned_entropy_coefficient`] off it is fixed.
 //! - **Order**: coefficient, critics, policy (against the critics just moved), targets.
 
 use basics::setting::settings;
@@ -83,11 +82,8 @@ pub struct SoftActorCritic {
 
 #[derive(Debug, Clone, Default)]
 struct Drawn {
-    /// Standard normal numbers, one per state and number of an action.
     noise: Vec<f32>,
-    /// States and actions side by side.
     pairs: Vec<f32>,
-    /// Logarithms of the densities of the actions, one per state.
     logs: Vec<f32>,
 }
 

@@ -68,9 +68,7 @@ pub struct TwinDelayed {
     policy: Followed<Sequential>,
     critics: Critics,
     updates: u32,
-    /// Standard normal numbers for the actions of targets.
     noise: Vec<f32>,
-    /// States and actions side by side.
     pairs: Vec<f32>,
     costs: Vec<f32>,
     by_outputs: Vec<f32>,

@@ -14,7 +14,6 @@ pub(super) struct Corridor {
 }
 
 impl Corridor {
-    /// Steps after which an episode is cut.
     pub(super) const HORIZON: u32 = 20;
 
     pub(super) fn one_hot(at: usize) -> [f32; 5] {
@@ -149,7 +148,6 @@ impl Update {
     }
 }
 
-/// Returns the updates of Stable-Baselines3 and sb3-contrib by name.
 pub(super) fn updates() -> std::collections::BTreeMap<String, Update> {
     let text = include_str!("../../../tests/data/sb3-updates.json");
     let all: std::collections::BTreeMap<String, serde_json::Value> =

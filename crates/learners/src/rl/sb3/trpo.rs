@@ -123,7 +123,6 @@ impl Algorithm for TrustRegion {
 }
 
 impl TrustRegion {
-    /// Moves the policy; returns its mean entropy before.
     fn improve_policy(&mut self, experience: &mut Experience) -> f64 {
         let Settings { target_kl, cg_steps, cg_damping, .. } = self.settings;
         let (surrogate, entropy) = self.gradient(experience);
@@ -156,7 +155,6 @@ impl TrustRegion {
         entropy
     }
 
-    /// Writes the gradient of the surrogate by the policy; returns the surrogate and the mean entropy.
     fn gradient(&mut self, experience: &mut Experience) -> (f32, f64) {
         let Experience { networks, rollout, order, .. } = experience;
         let Seen { batch, outputs, log_std } = &mut self.seen;
@@ -194,7 +192,6 @@ impl TrustRegion {
         (surrogate, entropies)
     }
 
-    /// Moves the value; returns its mean squared error.
     fn improve_value(&mut self, experience: &mut Experience) -> f64 {
         let batch = &mut self.seen.batch;
         let Experience { networks, rollout, shuffling, order } = experience;
