@@ -3,7 +3,6 @@
 use minijinja::HtmlEscape;
 use serde_json::Value;
 
-use super::level_of_service::DELAY;
 use super::measures::{GRIDLOCK_EXCESS, GRIDLOCK_SHARE, UNFINISHED};
 use super::overloaded::overloaded;
 use super::{answers, demand};
@@ -12,7 +11,6 @@ use evaluation::report::{About, format};
 
 /// Returns what is said of traffic at a place; `None` where there is nothing to say.
 pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
-    let is_delay = data.manifest.identity.objective == DELAY;
     let constant = |text: &str| Some(text.to_owned());
     match about {
         About::Headline => {
@@ -53,14 +51,6 @@ pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
         About::Worst => constant(
             "Where even the best method does not help, lanes or less demand may be needed instead of other signals.",
         ),
-        About::WorstCaption if is_delay => {
-            let best = data.best()?;
-            Some(format!(
-                "Delay in seconds per vehicle under every method, and the level of service under {}",
-                HtmlEscape(&best.method)
-            ))
-        }
-        About::WorstCaption => None,
         About::NotCovered => constant(
             "errors in the data or in the networks, drivers who behave otherwise than in the simulator",
         ),

@@ -17,7 +17,7 @@ use super::periods;
 use super::plan_values::plan_values;
 use super::plans;
 use super::remarks::{overloaded_of, says};
-use super::shown::{Seen, Shown, streets};
+use super::shown::{Seen, Shown};
 use basics::files::write_atomically;
 use evaluation::analysis::{Analysis, LOSS, Measures, PointResult, RETURN, TaskScore};
 use evaluation::report::figures::label;
@@ -32,11 +32,7 @@ use evaluation::store::error::StoreError;
 use evaluation::store::manifest::PointRow;
 use evaluation::store::results::Results;
 use signals::control::registry::METHODS;
-use signals::places::MappedIntersection;
 use signals::settings::failure;
-
-/// Places of a point MDP that are written out.
-const PLACES: usize = 2;
 
 /// Tables of intersections.
 const INTERSECTIONS: &str = "intersections.csv";
@@ -198,24 +194,6 @@ impl Sections for TrafficSections {
             ("importance_at_f", number(at_f.map(|o| o.importance))),
             ("delay_share_at_f", number(at_f.map(|o| o.delay))),
         ]
-    }
-
-    fn places_heading(&self) -> Option<&'static str> {
-        self.shown.is_placed().then_some("streets, or latitude and longitude")
-    }
-
-    fn places(&self, point: &PointRow) -> Vec<String> {
-        let places: Vec<&MappedIntersection> = self.shown.places_of(&point.point).collect();
-        // A single intersection is called by its streets already.
-        let name = |place: &&MappedIntersection| match streets(place).filter(|_| places.len() > 1) {
-            Some(streets) => streets,
-            None => format!("{:.5}, {:.5}", place.latitude, place.longitude),
-        };
-        let mut texts: Vec<_> = places.iter().take(PLACES).map(name).collect();
-        if places.len() > PLACES {
-            texts.push(format!("and {} more", places.len() - PLACES));
-        }
-        texts
     }
 
     fn spots(&self, data: &Analysis) -> Option<Vec<Spot>> {

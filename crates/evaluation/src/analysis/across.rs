@@ -100,7 +100,6 @@ pub fn across(
     })
 }
 
-/// Returns the methods that every family has results of, in the order of the first.
 fn common_methods(families: &[(String, Analysis)], notes: &mut Vec<String>) -> Vec<String> {
     let all: Vec<Vec<String>> = families.iter().map(|(_, a)| Board::methods_of(a)).collect();
     let everywhere = |m: &&String| all.iter().all(|methods| methods.contains(m));

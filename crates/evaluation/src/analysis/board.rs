@@ -43,10 +43,6 @@ impl Board {
     }
 
     /// Returns the scores of these methods, two or more.
-    ///
-    /// # Errors
-    ///
-    /// [`AnalysisError`] for a method that is not in the run or named twice, and where no point MDP has a score of each.
     pub(super) fn new(analysis: &Analysis, methods: &[String]) -> Result<Self, AnalysisError> {
         let all = &analysis.manifest.identity.methods;
         let positions = methods
@@ -121,10 +117,6 @@ pub(super) fn ranks(values: &[f64], direction: Direction) -> Vec<f64> {
 }
 
 /// Returns the position of a name.
-///
-/// # Errors
-///
-/// [`AnalysisError`] with what may have been meant.
 pub(super) fn position<'a>(
     what: &str,
     name: &str,

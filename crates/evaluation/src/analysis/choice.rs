@@ -9,8 +9,7 @@ use crate::sample::kmeans::standardise;
 use crate::sample::{Design, Draw, Look};
 use crate::store::manifest::Identity;
 
-/// Returns the first look that has all of some point MDPs; `None` where the sample does not grow. A method that dropped out has
-/// those of its last look, and a point MDP that is in every later sample is not in every sample of that look.
+/// Returns the first look that has all of some point MDPs; `None` where the sample does not grow.
 pub(super) fn look_of<'a>(
     identity: &'a Identity,
     points: &[impl Borrow<PointSummary>],
@@ -19,7 +18,6 @@ pub(super) fn look_of<'a>(
     identity.sample.first_look_with(&ids).map(|(_, look)| look)
 }
 
-/// Returns the draws of [`look_of`] some point MDPs; those of the sample where it does not grow.
 fn draws_of<'a>(
     identity: &'a Identity,
     points: &[impl Borrow<PointSummary>],
@@ -35,8 +33,7 @@ pub(super) fn weights(identity: &Identity, points: &[impl Borrow<PointSummary>])
     points.iter().map(|p| weight(p.borrow().row.point.as_str())).collect()
 }
 
-/// Returns how point MDPs came to be in the sample, in their order. They lie where the design has them; without one, by
-/// their features, standardised over them alone.
+/// Returns how point MDPs came to be in the sample, in their order.
 pub(super) fn choice(
     identity: &Identity,
     design: Option<&Design>,

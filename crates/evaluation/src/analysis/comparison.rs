@@ -10,8 +10,8 @@ use super::estimator::Estimate;
 use super::evidence::Evidence;
 use super::method::Summarised;
 use super::pairs::{Pair, pairs};
-use super::profiles::{Profile, profiles};
 use crate::stats::Bootstrap;
+use crate::stats::profile::steps;
 use crate::stats::ranks::rank_probabilities;
 use crate::stats::resampling::factors;
 use basics::seed::derive;
@@ -39,7 +39,6 @@ pub(super) fn compare(evidence: Evidence<'_>, estimates: &[Summarised]) -> Compa
     Comparison { pairs, ranks, profiles: profiles(evidence, estimates) }
 }
 
-/// Returns the probability of every place for every method that is ranked.
 fn places(
     evidence: Evidence<'_>,
     estimates: &[Summarised],
@@ -62,4 +61,27 @@ fn places(
     let resamples: Vec<Vec<f64>> = ranked.iter().map(stretched).collect();
     let resamples: Vec<&[f64]> = resamples.iter().map(Vec::as_slice).collect();
     rank_probabilities(&resamples, identity.direction)
+}
+
+/// The performance profile of a method over the point MDPs of the ranking.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    /// Position of the method in [`super::Analysis::methods`].
+    pub method: usize,
+    /// Every score in ascending order, with the share of the family, by importance, that is better than a threshold
+    /// just beyond it.
+    pub steps: Vec<(f64, f64)>,
+}
+
+/// Returns the profiles of the methods that are ranked, in their order.
+fn profiles(evidence: Evidence<'_>, estimates: &[Summarised]) -> Vec<Profile> {
+    let ranked = estimates.iter().take_while(|(m, _)| m.rank.is_some()).enumerate();
+    let profile = |(method, (m, _)): (usize, &Summarised)| {
+        let objectives = evidence.points.iter().filter_map(|p| {
+            let objectives = p.results[m.index].as_ref()?.objectives.as_ref()?;
+            Some((objectives.weight, objectives.score().ok()?))
+        });
+        Profile { method, steps: steps(objectives, evidence.identity.direction) }
+    };
+    ranked.map(profile).collect()
 }

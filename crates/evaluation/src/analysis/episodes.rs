@@ -110,7 +110,6 @@ pub(super) fn episodes(
     Episodes { shares: measures.shares().len(), of_task }
 }
 
-/// Returns the means of a method's evaluation episodes on a point MDP.
 fn by_seed(rows: &[Done<'_>], method: &str) -> BySeed {
     let mut found: BTreeMap<u64, Vec<&Metrics>> = BTreeMap::new();
     let own = rows.iter().filter(|(task, _)| task.method == *method);
@@ -122,11 +121,6 @@ fn by_seed(rows: &[Done<'_>], method: &str) -> BySeed {
 
 impl EpisodeSummary {
     /// Summarises evaluation episodes; point MDPs without a weight do not count.
-    ///
-    /// # Arguments
-    ///
-    /// * `shares` — how many the domain measures.
-    /// * `weights` — of point MDPs, by their positions.
     pub(super) fn of<'a>(
         episodes: impl IntoIterator<Item = &'a Episode>,
         shares: usize,

@@ -25,11 +25,7 @@ impl Analysis {
     }
 
     /// Checks that records have a metric.
-    ///
-    /// # Errors
-    ///
-    /// [`AnalysisError`] for one that they do not have.
-    pub(super) fn check_metric(&self, name: &str) -> Result<(), AnalysisError> {
+    fn check_metric(&self, name: &str) -> Result<(), AnalysisError> {
         let mut names = self.metrics();
         names.insert(0, self.manifest.identity.objective.clone());
         position("metric", name, names.iter().map(String::as_str)).map(|_| ())

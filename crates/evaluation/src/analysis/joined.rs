@@ -102,7 +102,6 @@ impl Source {
     }
 }
 
-/// Returns the last parts of a path as a name that may be part of a method's.
 fn last_parts(path: &str, length: usize) -> String {
     let parts: Vec<_> = Path::new(path).iter().map(|part| part.to_string_lossy()).collect();
     let last = parts[parts.len().saturating_sub(length)..].join("-");
@@ -175,6 +174,7 @@ pub(crate) fn check_together(a: &Source, b: &Source, known: &Known) -> Result<()
         "methods of one preset can be compared; `across` ranks over both",
     )?;
     of("the baseline is", &|i| i.baseline.clone(), families)?;
+    of("the family's size is", &|i| i.sample.family_size.to_string(), families)?;
     let decides = |key: &str| known.episodes.contains(&section(key));
     if let Some((key, values)) = values([a, b]).into_iter().find(|(key, _)| decides(key)) {
         let way_out = "with another value, episodes of the same seed are not the same; run one of them again with the \
@@ -234,16 +234,9 @@ fn check_points(sample: &Source, other: &Source) -> Result<(), AnalysisError> {
             sample.path
         ));
     }
-    if of_sample.sample.family_size != of_other.sample.family_size {
-        return refused(format!(
-            "the family has {} point MDPs in {} and {} in {}; compare runs of one family",
-            of_other.sample.family_size, other.path, of_sample.sample.family_size, sample.path
-        ));
-    }
     Ok(())
 }
 
-/// Returns the evaluation seeds that all runs have, in the order of the first.
 fn common_seeds<'a>(
     sources: impl IntoIterator<Item = &'a Source>,
 ) -> Result<Vec<u64>, AnalysisError> {
@@ -264,7 +257,6 @@ fn common_seeds<'a>(
     Ok(common)
 }
 
-/// Returns the methods: those of the first run, then what the others add.
 fn columns(sources: &[Source], evaluated: &[Evaluated<'_>]) -> Vec<Column> {
     let planned: Vec<HashSet<(&str, &str, u32)>> = (sources.iter())
         .map(|source| {
@@ -404,7 +396,6 @@ pub(crate) fn agree(a: &Evaluated<'_>, b: &Evaluated<'_>, method: &str) -> bool 
 /// A task of a run with its record.
 type Found<'a> = (&'a Task, Option<&'a Record>);
 
-/// Returns the run that all records of a method are of: the first with most trainings.
 fn source_of(sources: &[Source], column: &Column) -> usize {
     let trainings = |s: &&usize| sources[**s].identity().replicates_of(&column.method);
     let most = column.sources.iter().map(|s| trainings(&s)).max();
@@ -412,7 +403,6 @@ fn source_of(sources: &[Source], column: &Column) -> usize {
     first.copied().unwrap_or(0)
 }
 
-/// Returns the records of all methods, in the order of a plan.
 fn side_by_side(sources: &[Source], sample: usize, columns: &[Column], seeds: &[u64]) -> Results {
     let base = &sources[sample].results;
     let key = |task: &'_ Task| (task.method.to_string(), task.point.to_string(), task.replicate);
@@ -443,7 +433,6 @@ fn side_by_side(sources: &[Source], sample: usize, columns: &[Column], seeds: &[
     base.with(Manifest { identity, provenance }, rows)
 }
 
-/// Returns what the comparison is a run of: that of the run whose sample counts, with the methods of all.
 fn identity(
     sources: &[Source],
     sample: usize,
@@ -475,7 +464,6 @@ fn identity(
     }
 }
 
-/// Returns where the runs come from.
 fn provenance(sources: &[Source]) -> Provenance {
     let of = |value: &dyn Fn(&Provenance) -> &str| {
         each(sources, &|source| value(&source.results.manifest.provenance).to_owned())
@@ -497,7 +485,6 @@ fn provenance(sources: &[Source]) -> Provenance {
     }
 }
 
-/// Returns a value that all runs share, or else each value with the runs that have it.
 fn each(sources: &[Source], value: &dyn Fn(&Source) -> String) -> String {
     let mut by_value: Vec<(String, Vec<&str>)> = Vec::new();
     for source in sources {
@@ -574,17 +561,14 @@ fn have_section<'a>(sources: impl IntoIterator<Item = &'a Source>, key: &str) ->
     sources.into_iter().all(|s| s.identity().settings.get(section(key)).is_some())
 }
 
-/// Returns the method whose section a setting is in, where it is a method's.
 fn method_of(key: &str) -> String {
     section(key).replace('_', "-")
 }
 
-/// Returns the section of a setting.
 fn section(key: &str) -> &str {
     key.split('.').next().unwrap_or_default()
 }
 
-/// Returns the settings that differ, apart from those of the family, with their values in the runs.
 fn values<'a>(sources: impl IntoIterator<Item = &'a Source>) -> BTreeMap<String, Vec<String>> {
     let all: Vec<BTreeMap<String, Value>> =
         sources.into_iter().map(|s| flat(&s.identity().settings)).collect();

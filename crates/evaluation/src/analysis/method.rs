@@ -186,7 +186,6 @@ pub(super) fn paired<T>(
     estimate(estimator_of(&identity.sample), sample, &mut rng)
 }
 
-/// Returns the weighted means of every metric that all point MDPs have.
 fn weighted_metrics(scored: &[(&PointSummary, &PointResult)], weights: &[f64]) -> Metrics {
     let Some((_, first)) = scored.first() else { return Metrics::new() };
     let mean = |name: &String| {

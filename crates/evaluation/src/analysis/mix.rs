@@ -179,7 +179,6 @@ impl Analysis {
         })
     }
 
-    /// Returns the estimate of what differs from every method, as that of the best of some.
     fn estimated(
         &self,
         methods: &[usize],
@@ -228,12 +227,10 @@ impl Measured {
         Some(Self { objectives, baseline: grouped(baseline), draws: all[0].draws })
     }
 
-    /// Returns all seeds, a bit each.
     fn every(&self) -> usize {
         (1 << self.baseline.len()) - 1
     }
 
-    /// Returns which of some methods has the best mean over some seeds; of equal ones the first.
     fn best(&self, members: &[usize], seeds: usize, direction: Direction) -> usize {
         let sum = |m: usize| -> f64 {
             let values = self.objectives[m].iter().enumerate();
@@ -263,7 +260,6 @@ impl Measured {
         (sum / ways, shares)
     }
 
-    /// Returns the pseudo-value of every seed.
     fn pseudo_values(&self, direction: Direction) -> Vec<f64> {
         let all: Vec<usize> = (0..self.objectives.len()).collect();
         let n = self.baseline.len() as f64;
@@ -273,7 +269,6 @@ impl Measured {
     }
 }
 
-/// Returns the means of at most [`MOST`] groups of values.
 fn grouped(values: &[f64]) -> Vec<f64> {
     let groups = values.len().min(MOST);
     let of_group = |g: usize| values.iter().skip(g).step_by(groups).copied().collect::<Vec<f64>>();

@@ -143,7 +143,6 @@ fn compared(
     })
 }
 
-/// Returns the point MDPs that make most of a lead, where it vanishes without them.
 fn fragile(shared: &[OnPoint<'_>], weights: &[f64], direction: Direction, lead: f64) -> Vec<usize> {
     let part = |((point, x, y), weight): (&OnPoint<'_>, &f64)| {
         let ahead = direction.ahead(x.score().ok()?, y.score().ok()?);
@@ -156,7 +155,6 @@ fn fragile(shared: &[OnPoint<'_>], weights: &[f64], direction: Direction, lead: 
     parts.into_iter().take(if vanishes { INFLUENTIAL } else { 0 }).map(|part| part.1).collect()
 }
 
-/// Returns the point MDPs on which both methods have a score over the same seeds.
 fn shared<'a>(
     points: &'a [PointSummary],
     a: &MethodSummary,
@@ -176,7 +174,6 @@ fn runs<'a>(point: &'a PointSummary, method: &MethodSummary) -> &'a [Vec<f64>] {
     point.results[method.index].as_ref().map_or(&[], PointResult::runs)
 }
 
-/// Returns the two estimates where both are over just these point MDPs and from the same resamples.
 fn both_over<'a>(
     shared: &[OnPoint<'_>],
     (a, of_a): (&MethodSummary, &'a Option<Estimate>),

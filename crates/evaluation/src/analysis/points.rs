@@ -162,7 +162,6 @@ pub(super) fn summarise_points(
     (points, rows)
 }
 
-/// Returns 1 for every seed that some method has on a point MDP: dividing by it leaves the objective.
 fn ones(cells: &[Vec<&Record>], objective: &str) -> BySeed {
     let seeds = cells.iter().flatten().flat_map(|r| by_seed(r, objective)).map(|(seed, _)| seed);
     each_once(seeds.map(|seed| (seed, 1.0)).collect())
@@ -173,7 +172,6 @@ fn by_seed(record: &Record, objective: &str) -> BySeed {
     each_once(record.evaluations().filter_map(of).collect())
 }
 
-/// Returns what is in no order by seed; of several of one seed the last.
 fn each_once(mut values: BySeed) -> BySeed {
     if !values.is_sorted_by(|a, b| a.0 < b.0) {
         values.reverse();
@@ -183,12 +181,10 @@ fn each_once(mut values: BySeed) -> BySeed {
     values
 }
 
-/// Returns the value of a seed.
 fn value_of(values: &BySeed, seed: u64) -> Option<f64> {
     values.binary_search_by_key(&seed, |v| v.0).ok().map(|at| values[at].1)
 }
 
-/// Returns the objective per seed, averaged over the records that have the seed.
 fn mean_by_seed(records: &[&Record], objective: &str) -> BySeed {
     if let [record] = records {
         return by_seed(record, objective);
@@ -202,7 +198,6 @@ fn mean_by_seed(records: &[&Record], objective: &str) -> BySeed {
     values.chunk_by(|a, b| a.0 == b.0).filter_map(of_seed).collect()
 }
 
-/// Returns the reference's mean and the score of one record on the seeds that both have.
 fn score_of(record: &Record, reference: &BySeed, objective: &str) -> Option<(f64, f64)> {
     let values = by_seed(record, objective);
     let (method, reference): (Vec<f64>, Vec<f64>) =

@@ -20,7 +20,6 @@ pub struct OnCommonPoints {
     pub methods: Vec<MethodSummary>,
 }
 
-/// Returns the point MDPs in a method's estimate, as positions.
 fn scored(points: &[PointSummary], method: usize) -> BTreeSet<usize> {
     let has_score =
         |p: &PointSummary| p.results[method].as_ref().is_some_and(|r| r.score.is_some());

@@ -78,7 +78,6 @@ pub fn check_name(name: &str, methods: &[String]) -> Result<(), AnalysisError> {
     }
 }
 
-/// Returns the chosen point MDPs where the method has no record with an objective above 0.
 fn without_result<'a>(results: &'a Results, method: &str) -> Vec<&'a str> {
     let identity = &results.manifest.identity;
     let measured = |(task, record): &(&Task, &Record)| {

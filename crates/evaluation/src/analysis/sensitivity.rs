@@ -135,7 +135,6 @@ impl Distribution {
     }
 }
 
-/// Returns importance times a feature, as vehicles rather than intersections count.
 fn by_feature(
     analysis: &Analysis,
     board: &Board,
@@ -156,14 +155,6 @@ fn by_feature(
 }
 
 /// Returns weights from a symmetric Dirichlet distribution; they sum to 1.
-///
-/// Deviation: the paper says "randomly generate". With a concentration of 1 every distribution over the point MDPs
-/// is equally likely.
-///
-/// # Arguments
-///
-/// * `concentration` — above 0.
-/// * `number` — which of the distributions of the seed.
 fn random_importance(points: usize, concentration: f64, seed: u64, number: usize) -> Vec<f64> {
     let labels = ["sensitivity", "importance", &number.to_string()];
     let mut rng = ChaCha8Rng::seed_from_u64(derive(seed, &labels));

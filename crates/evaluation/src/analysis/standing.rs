@@ -59,7 +59,6 @@ impl Analysis {
         Some(Standing { look, looks: growth.looks.len(), is_enough, open, behind })
     }
 
-    /// Returns the number of point MDPs on which there can be scores: where what they are divided by has one itself.
     fn scorable(&self) -> usize {
         self.reference.index.map_or(self.points.len(), |index| self.results_of(index).count())
     }
@@ -83,7 +82,6 @@ impl Analysis {
         Compared { methods, ahead: self.winner(methods[0], methods[1]) }
     }
 
-    /// Returns which of two methods is ahead by more than chance on all point MDPs, if one is.
     fn winner<'a>(&self, first: &'a str, second: &'a str) -> Option<&'a str> {
         let name = |m: usize| self.methods[m].method.as_str();
         let of = |p: &&Pair| {
@@ -104,7 +102,6 @@ impl Analysis {
     }
 }
 
-/// Returns the names of pairs.
 fn named(pairs: &mut dyn Iterator<Item = &Compared<&str>>) -> Vec<(String, String)> {
     pairs.map(|pair| (pair.methods[0].to_owned(), pair.methods[1].to_owned())).collect()
 }

@@ -19,9 +19,7 @@ pub struct Estimated {
 }
 
 impl Estimated {
-    /// Returns it with what its interval has below 0 cut off, for what cannot be there, such as a mean of delays. The change
-    /// of a statistic is scaled up in resamples of a small sample, which can take its lower end so far; without, the
-    /// interval covers no less.
+    /// Returns it with what its interval has below 0 cut off, for what cannot be there, such as a mean of delays.
     pub(super) fn not_below_zero(self) -> Self {
         let lowest = self.value.min(0.0);
         Self { interval: self.interval.map(|(low, high)| (low.max(lowest), high)), ..self }
@@ -44,12 +42,6 @@ pub struct Summaries {
 }
 
 /// Returns the overall performance with its resamples, and the other summaries from the same ones.
-///
-/// # Arguments
-///
-/// * `regime_of`, `objectives` — of the point MDPs in the estimate: their regime and what was measured there.
-/// * `regimes` — number of regimes.
-/// * `relative` — whether scores are divided by a reference; ratios and geometric means of others say nothing.
 pub(super) fn summarise(
     (regime_of, objectives): (&[Option<usize>], &[PointObjectives]),
     estimator: Estimator,
@@ -93,7 +85,6 @@ pub(super) fn summarise(
     (all.swap_remove(0).map(|e| Estimate { interval: score, ..e }), summaries)
 }
 
-/// Returns the interval of the median: Woodruff's, where the estimator takes the sample's own and shares mean anything.
 fn around_median(
     median: Estimated,
     middle: Option<f64>,
@@ -109,11 +100,7 @@ fn around_median(
 }
 
 /// Returns an estimate of a statistic that noise shifts, with an interval that contains it.
-///
-/// # Arguments
-///
-/// * `coarse` — whether one point MDP has so much of the weight that resamples jump, and their mean is no middle.
-pub(super) fn shifted(e: &Estimate, coarse: bool) -> Estimated {
+fn shifted(e: &Estimate, coarse: bool) -> Estimated {
     let moved = if coarse { None } else { e.about(e.alpha) };
     let interval = moved.or(e.interval.map(|interval| containing(interval, e.value)));
     Estimated { value: e.value, interval }

@@ -85,8 +85,6 @@ pub struct LearnerSummary<'a> {
     pub scored: usize,
     /// Trainings that failed.
     pub failed: usize,
-    /// Trainings that failed because they diverged.
-    pub diverged: usize,
     /// Most training episodes.
     pub episodes: usize,
     /// Trainings whose policy was chosen by validation.
@@ -103,11 +101,6 @@ pub struct LearnerSummary<'a> {
     pub best_episode: Option<f64>,
     /// Overall performance if the last ten training episodes counted.
     pub last_episodes: Option<f64>,
-    /// Trainings that ended worse than the reference; `None` without one.
-    pub worse: Option<usize>,
-    /// Trainings with a share above 0, in the order of [`super::Measures::shares`]; `None` when that is not
-    /// known of some.
-    pub with_share: Vec<Option<usize>>,
     /// Median score over trainings, each counting once.
     pub median: Option<f64>,
     /// Worst score of a training.
@@ -118,7 +111,7 @@ pub struct LearnerSummary<'a> {
 
 impl TrainingSummary {
     /// Whether another policy than the last one was evaluated.
-    pub fn is_replaced(&self) -> bool {
+    fn is_replaced(&self) -> bool {
         self.policy_row.is_some_and(|row| (row as usize) < self.episodes)
     }
 
@@ -131,17 +124,11 @@ impl TrainingSummary {
 }
 
 /// Returns the summary of a learner.
-///
-/// # Arguments
-///
-/// * `shares` — how many the domain measures.
-/// * `direction`, `relative` — of scores: which are better, and whether 1 is what they are divided by.
 pub(super) fn learner<'a>(
     method: &'a MethodSummary,
     trainings: &[&TrainingSummary],
     (identity, points): (&Identity, &[PointSummary]),
-    shares: usize,
-    (direction, relative): (Direction, bool),
+    direction: Direction,
 ) -> LearnerSummary<'a> {
     let all = || trainings.iter().copied();
     let weighted = |value: &dyn Fn(&TrainingSummary) -> Option<f64>| {
@@ -155,16 +142,11 @@ pub(super) fn learner<'a>(
     let last_policy =
         |t: &TrainingSummary| t.last_policy.or_else(|| t.score.filter(|_| t.policy_row.is_none()));
     let validated = count(&|t| t.policy_row.is_some());
-    let with_share = |i: usize| {
-        let known = all().filter(|t| t.score.is_some()).map(|t| t.has_share(i));
-        known.map(|has| has.map(usize::from)).sum()
-    };
     LearnerSummary {
         method,
         planned: trainings.len(),
         scored: scores.len(),
         failed: count(&|t| t.outcome == Some(Outcome::Failed)),
-        diverged: count(&|t| t.diverged),
         episodes: all().map(|t| t.episodes).max().unwrap_or(0),
         validated,
         replaced: count(&TrainingSummary::is_replaced),
@@ -173,15 +155,12 @@ pub(super) fn learner<'a>(
         dead: count(&|t| t.is_dead == Some(true)),
         best_episode: weighted(&|t| t.best_episode),
         last_episodes: weighted(&|t| t.last_episodes),
-        worse: relative.then(|| count(&|t| t.score.is_some_and(|s| direction.is_worse(s, 1.0)))),
-        with_share: (0..shares).map(with_share).collect(),
         median: median(&scores),
         worst: direction.worst(scores.iter().copied()),
         wall_s: median(&walls),
     }
 }
 
-/// Returns the mean over point MDPs, with their weights, of the mean over replicates.
 fn weighted_by_point<'a>(
     trainings: impl Iterator<Item = &'a TrainingSummary>,
     (identity, points): (&Identity, &[PointSummary]),
@@ -266,7 +245,6 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
         .collect()
 }
 
-/// Returns the curve of a training; see [`TrainingSummary::curve`].
 fn curve(record: &Record, objective: &str, unit: f64) -> Vec<Option<f64>> {
     let value = |row: &&Row| row.metrics.get(objective).map(|value| value / unit);
     let mut values = Vec::new();
@@ -309,7 +287,6 @@ pub(super) fn learned(results: &Results) -> BTreeSet<String> {
     })
 }
 
-/// Returns the methods of which some task with its record is such.
 fn with_a_record(
     results: &Results,
     is_such: impl Fn(&Task, &Record, Trained) -> bool,

@@ -64,7 +64,6 @@ pub struct Analysis {
     pub design: Option<Design>,
 }
 
-/// Returns the methods that were measured elsewhere with a record that does not say that its vehicles were compared.
 fn unpaired(results: &Results) -> BTreeSet<String> {
     let own = results.manifest.identity.controllers.iter();
     let elsewhere = own.filter(|own| own.kind == OwnKind::External).map(|own| &own.name);
@@ -178,10 +177,8 @@ impl Analysis {
         for method in &self.methods {
             let trainings: Vec<&TrainingSummary> = self.trainings_of(&method.method).collect();
             if !trainings.is_empty() {
-                let judged = (self.direction(), !self.reference.is_none());
-                let shares = self.shares.len();
                 let weighed = (&self.manifest.identity, &self.points[..]);
-                learners.push(learner(method, &trainings, weighed, shares, judged));
+                learners.push(learner(method, &trainings, weighed, self.direction()));
             }
         }
         learners

@@ -73,7 +73,6 @@ fn winner(point: &PointSummary, identity: &Identity, reference: &Reference) -> O
     Some(Winner { best, runner_up, interval, lead, probability, is_decided })
 }
 
-/// Returns the 95% interval of an estimate, which contains it.
 fn interval(of: &Bootstrap) -> Option<(f64, f64)> {
     of.interval().map(|interval| containing(interval, of.estimate))
 }
@@ -106,7 +105,6 @@ impl Contest<'_> {
     }
 
     /// Returns the resampled score of the method at a place, as far from the estimate as few seeds ask; `None` without one.
-    /// All methods meet the same draws.
     fn resampled(&self, place: usize) -> Option<Bootstrap> {
         let (method, measured) = self.methods.get(place)?;
         let objectives = PointObjectives { weight: 1.0, draws: 1, ..(*measured)?.clone() };
@@ -115,7 +113,6 @@ impl Contest<'_> {
         Some(all.centred().stretched(&self.factors))
     }
 
-    /// Returns the 95% interval of how far a method's score is behind another's.
     fn lead(&self, of: &Bootstrap, other: &Bootstrap) -> Option<(f64, f64)> {
         match self.direction {
             Direction::Lower => interval(&of.difference(other)),
@@ -136,8 +133,7 @@ impl Contest<'_> {
         Some((probability, all[1..].iter().all(is_ahead)))
     }
 
-    /// Whether no resample puts a method ahead of the first one. Before it is stretched, a resampled lead lies between the
-    /// least and the most of any seed and trainings, and so does the mean of all resamples.
+    /// Whether no resample puts a method ahead of the first one.
     fn is_always_behind(&self, place: usize) -> bool {
         let (Some(first), Some(other)) = (self.methods[0].1, self.methods[place].1) else {
             return false;

@@ -185,7 +185,6 @@ impl Gradient for Objective {
     }
 }
 
-/// Returns the pairs `j < i` of so many rows.
 fn pairs(n: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..n).flat_map(|i| (0..i).map(move |j| (i, j)))
 }

@@ -50,7 +50,6 @@ pub fn text(data: &Across) -> String {
     )
 }
 
-/// Returns a share in percent with two decimals, as the paper gives it; a share above 0 is never 0.
 fn percent(share: f64) -> String {
     match 100.0 * share {
         0.0 => "0%".to_owned(),

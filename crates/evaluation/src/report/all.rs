@@ -7,7 +7,7 @@ use super::error::ReportError;
 use super::figures::shown;
 use super::first::FEW_SEEDS;
 use super::page::render;
-use super::sections::Spot;
+use super::sections::{About, Spot};
 use super::sure::certain;
 use super::whole::Report;
 use super::words::limit_in_words;
@@ -19,10 +19,6 @@ use crate::store::manifest::FeatureColumn;
 const TEMPLATE: &str = include_str!("templates/all.html");
 
 /// Returns the section; `None` where no point MDP has a result.
-///
-/// # Errors
-///
-/// [`ReportError::Template`].
 pub(super) fn section(data: &Report) -> Result<Option<String>, ReportError> {
     if data.winners.iter().all(Option::is_none) {
         return Ok(None);
@@ -49,6 +45,7 @@ fn values(data: &Report) -> Value {
     let failure = data.failure.as_ref().filter(|_| fails_known(data)).map(limit_in_words);
     context! {
         title => title(data),
+        says => data.sections.says(About::Worst, data),
         first => format::capitalised(first),
         linked,
         amount => data.words.amount.as_str(),
@@ -76,12 +73,10 @@ fn fails_known(data: &Report) -> bool {
     data.points.iter().zip(&data.winners).any(|pair| of(pair).is_some())
 }
 
-/// Returns a feature's name and unit.
 fn heading(feature: &FeatureColumn) -> [String; 2] {
     [format::words(&feature.name, &feature.unit), feature.unit.clone()]
 }
 
-/// Returns the row of a point MDP.
 fn of_point(data: &Report, p: &PointSummary) -> Spot {
     let name = data.title_of(&p.row.point);
     let stands_for = data.sections.stands_for(&p.row);
@@ -92,7 +87,6 @@ fn of_point(data: &Report, p: &PointSummary) -> Spot {
     Spot { name, detail, point: Some(p.index), dot: None, withheld: None }
 }
 
-/// Returns what stands below the name of a place, with the reason where no probability is given.
 fn detail(spot: &Spot, winner: Option<&Winner>) -> String {
     let given = winner.is_some_and(|w| w.probability.is_some());
     match spot.withheld.filter(|_| given) {
@@ -141,7 +135,6 @@ fn row(data: &Report, number: usize, spot: &Spot) -> Value {
     }
 }
 
-/// Returns the probability of a winner in words.
 fn probability(winner: Option<&Winner>) -> String {
     winner.and_then(|w| w.probability).map_or_else(dash, certain)
 }

@@ -3,7 +3,8 @@
 //! A cell is empty where nothing was measured; it is never 0 for that reason. The last column of tables with
 //! a column `point` is its `title`, where point MDPs are called otherwise than by their ids.
 
-use super::sections::Table;
+use super::sections;
+use super::table::{Cell, Columns};
 use super::whole::Report;
 use crate::analysis::{EpisodeSummary, TaskScore, TrainingSummary};
 use crate::store::record::{Metrics, Outcome, Row};
@@ -15,30 +16,14 @@ const SCORE: &str = "score";
 /// The same where the objective is called so.
 const RELATIVE_SCORE: &str = "relative_score";
 
-/// Returns the names of the metrics that have a column in a table besides the objective.
-fn names(data: &Report, table: Table) -> Vec<String> {
+fn names(data: &Report, table: sections::Table) -> Vec<String> {
     data.sections.metrics(table, data).into_iter().map(|metric| metric.name).collect()
 }
 
-/// Returns the cells of metrics.
 fn cells_of<'a>(names: &'a [String], metrics: &'a Metrics) -> impl Iterator<Item = String> + 'a {
     names.iter().map(|name| number(metrics.get(name).copied()))
 }
 
-/// Returns the names of the columns of the score: the objective, what that is divided by, and the score, if it is any
-/// else; under a name of its own where the objective has its.
-fn score_columns(data: &Report) -> Vec<String> {
-    let objective = &data.manifest.identity.objective;
-    let mut columns = vec![objective.clone()];
-    if !data.reference.is_none() {
-        let divisor = if data.reference.is_baseline { "baseline" } else { "against" };
-        columns.push(format!("{divisor}_{objective}"));
-    }
-    columns.extend(score_column(data).map(str::to_owned));
-    columns
-}
-
-/// Returns the name of the column of the score, if it is anything else than the objective.
 fn score_column(data: &Report) -> Option<&'static str> {
     match (data.manifest.identity.objective == SCORE, data.reference.is_none()) {
         (true, true) => None,
@@ -51,69 +36,58 @@ fn score_column(data: &Report) -> Option<&'static str> {
 /// the metrics are empty.
 pub(super) fn scores(data: &Report) -> String {
     let identity = &data.manifest.identity;
-    let mut header: Vec<String> =
-        ["method", "point", "importance", "replicate"].map(str::to_owned).to_vec();
-    header.extend(score_columns(data));
-    let names = names(data, Table::Scores);
-    header.extend(names.clone());
-    header.extend(data.sections.score_columns().iter().map(|name| (*name).to_owned()));
-    header.extend(identity.features.iter().map(|f| f.name.clone()));
-    header.extend(["weight", "against"].map(str::to_owned));
-    let titled = Titled(data.titles());
-    let rows = data.tasks.iter().map(|row| titled.row(row.point, score_row(data, row, &names)));
-    table(&titled.header(header), rows)
-}
-
-fn score_row(data: &Report, row: &TaskScore, names: &[String]) -> Vec<String> {
-    let point = &data.points[row.point].row;
-    let objective = data.manifest.identity.objective.as_str();
-    let value = match row.outcome {
-        Some(Outcome::Ok) => row.metrics.get(objective).copied(),
-        _ => None,
+    let objective = identity.objective.as_str();
+    let point = |t: &&TaskScore| &data.points[t.point].row;
+    let value = |t: &&TaskScore| {
+        t.metrics.get(objective).copied().filter(|_| t.outcome == Some(Outcome::Ok))
     };
-    let mut cells = vec![
-        data.manifest.identity.methods[row.method].clone(),
-        point.point.clone(),
-        point.importance.to_string(),
-        row.replicate.to_string(),
-        number(value),
-    ];
+    let mut columns = Columns::new()
+        .text("method", "", |t: &&TaskScore| identity.methods[t.method].clone())
+        .text("point", "", move |t| point(t).point.clone())
+        .file("importance", move |t| Cell::exact(point(t).importance))
+        .file("replicate", |t| Cell::count(t.replicate as usize))
+        .file(objective, move |t| Cell::exact(value(t)));
     if !data.reference.is_none() {
-        cells.push(number(row.reference));
+        let divisor = if data.reference.is_baseline { "baseline" } else { "against" };
+        columns = columns.file(format!("{divisor}_{objective}"), |t| Cell::exact(t.reference));
     }
-    if score_column(data).is_some() {
-        cells.push(number(row.score));
+    if let Some(name) = score_column(data) {
+        columns = columns.file(name, |t| Cell::exact(t.score));
     }
-    cells.extend(cells_of(names, &row.metrics));
-    cells.extend(data.sections.score_cells(data, row, value));
-    cells.extend(point.features.iter().map(f64::to_string));
-    cells.extend([data.points[row.point].weight.to_string(), data.reference.name.clone()]);
-    cells
+    for name in names(data, sections::Table::Scores) {
+        columns = columns.file(name.clone(), move |t| Cell::exact(t.metrics.get(&name).copied()));
+    }
+    for (i, name) in data.sections.score_columns().iter().enumerate() {
+        let cell =
+            move |t: &&TaskScore| data.sections.score_cells(data, t, value(t)).swap_remove(i);
+        columns = columns.text(name, "", cell);
+    }
+    for (i, feature) in identity.features.iter().enumerate() {
+        columns = columns.file(&*feature.name, move |t| Cell::exact(point(t).features[i]));
+    }
+    let columns = columns.file("weight", |t| Cell::exact(data.points[t.point].weight)).text(
+        "against",
+        "",
+        |_| data.reference.name.clone(),
+    );
+    titled(columns, data, |t| t.point).table(&data.tasks).csv()
 }
 
-/// Returns the names of the columns that summarise evaluation episodes.
-fn of_episodes(data: &Report) -> Vec<String> {
-    let objective = &data.manifest.identity.objective;
-    let shares = data.shares.iter().map(|share| share.name.to_owned());
-    let spread = [
-        format!("episode_median_{objective}"),
-        format!("episode_worst_{objective}"),
-        "episode_median".to_owned(),
-        "episode_worst".to_owned(),
-    ];
-    let relative = if data.reference.is_none() { 2 } else { 4 };
-    shares.chain(spread.into_iter().take(relative)).collect()
-}
-
-fn episode_cells(data: &Report, e: &EpisodeSummary) -> Vec<String> {
-    let spread = [e.median, e.worst, e.median_relative, e.worst_relative];
-    let relative = if data.reference.is_none() { 2 } else { 4 };
-    e.shares.iter().copied().chain(spread.into_iter().take(relative)).map(number).collect()
+/// Adds what point MDPs are called, where that is not their ids.
+fn titled<'a, R>(
+    columns: Columns<'a, R>,
+    data: &'a Report,
+    point: impl Fn(&R) -> usize + 'a,
+) -> Columns<'a, R> {
+    match data.titles() {
+        Some(titles) => columns.text("title", "", move |row| titles[point(row)].clone()),
+        None => columns,
+    }
 }
 
 /// Returns `episodes.csv`: one row per episode of training and evaluation, in the order of the plan.
 pub(super) fn episodes(data: &Report) -> String {
-    let names = names(data, Table::Episodes);
+    let names = names(data, sections::Table::Episodes);
     let header = ["method", "point", "replicate", "kind", "episode", "seed"]
         .into_iter()
         .chain([data.manifest.identity.objective.as_str()])
@@ -149,48 +123,57 @@ fn episode_row(data: &Report, (task, e): (&TaskScore, &Row), names: &[String]) -
 /// Returns `training.csv`: one row per training; `score` is of the evaluation, the columns of the best and the
 /// last episodes are of training, all of them relative to the reference.
 pub(super) fn training(data: &Report) -> String {
-    let header = ["method", "point", "replicate", "outcome", "episodes", "score"]
-        .into_iter()
-        .chain(["policy_row", "last_policy", "restarts", "dead"])
-        .chain(data.sections.training_columns()[0])
-        .chain(events(data).map(|(_, event)| event))
-        .chain(["weight", "against"])
-        .map(str::to_owned)
-        .chain(of_episodes(data))
-        .collect::<Vec<_>>();
-    let titled = Titled(data.titles());
-    let rows = data.trainings.iter().map(|t| titled.row(t.point, training_row(data, t)));
-    table(&titled.header(header), rows)
-}
-
-fn training_row(data: &Report, t: &TrainingSummary) -> Vec<String> {
-    let outcome = match t.outcome {
+    let outcome = |t: &&TrainingSummary| match t.outcome {
         Some(Outcome::Ok) => "ok",
         Some(Outcome::Failed) if t.diverged => "diverged",
         Some(Outcome::Failed) => "failed",
         None => "missing",
     };
-    let point = &data.points[t.point];
-    let whole = |n: Option<u32>| n.map_or_else(String::new, |n| n.to_string());
-    let mut cells = vec![
-        t.method.clone(),
-        point.row.point.clone(),
-        t.replicate.to_string(),
-        outcome.to_owned(),
-        t.episodes.to_string(),
-        number(t.score),
-        whole(t.policy_row),
-        number(t.last_policy),
-        whole(t.restarts),
-        t.is_dead.map_or_else(String::new, |dead| dead.to_string()),
-        number(t.best_episode),
-        number(t.last_episodes),
-    ];
-    let has = |i: usize| t.has_share(i).map_or_else(String::new, |has| has.to_string());
-    cells.extend(events(data).map(|(i, _)| has(i)));
-    cells.extend([point.weight.to_string(), data.reference.name.clone()]);
-    cells.extend(episode_cells(data, &t.evaluations));
-    cells
+    let whole = |n: Option<u32>| n.map_or_else(Cell::unknown, |n| Cell::count(n as usize));
+    let is = |is: Option<bool>| is.map_or_else(String::new, |is| is.to_string());
+    let [best, last] = data.sections.training_columns()[0];
+    let mut columns = Columns::new()
+        .text("method", "", |t: &&TrainingSummary| t.method.clone())
+        .text("point", "", |t| data.points[t.point].row.point.clone())
+        .file("replicate", |t| Cell::count(t.replicate as usize))
+        .text("outcome", "", move |t| outcome(t).to_owned())
+        .file("episodes", |t| Cell::count(t.episodes))
+        .file("score", |t| Cell::exact(t.score))
+        .file("policy_row", move |t| whole(t.policy_row))
+        .file("last_policy", |t| Cell::exact(t.last_policy))
+        .file("restarts", move |t| whole(t.restarts))
+        .text("dead", "", move |t| is(t.is_dead))
+        .file(best, |t| Cell::exact(t.best_episode))
+        .file(last, |t| Cell::exact(t.last_episodes));
+    for (i, event) in events(data) {
+        columns = columns.text(event, "", move |t| is(t.has_share(i)));
+    }
+    columns = columns
+        .file("weight", |t: &&TrainingSummary| Cell::exact(data.points[t.point].weight))
+        .text("against", "", |_| data.reference.name.clone());
+    let columns = of_episodes(columns, data, |t| &t.evaluations);
+    titled(columns, data, |t| t.point).table(&data.trainings).csv()
+}
+
+/// Adds the columns that summarise evaluation episodes.
+pub(super) fn of_episodes<'a, R: 'a>(
+    mut columns: Columns<'a, R>,
+    data: &'a Report,
+    of: impl for<'r> Fn(&'r R) -> &'r EpisodeSummary + Copy + 'a,
+) -> Columns<'a, R> {
+    for (i, share) in data.shares.iter().enumerate() {
+        columns = columns.file(share.name, move |row| Cell::exact(of(row).shares[i]));
+    }
+    let objective = &data.manifest.identity.objective;
+    columns = columns
+        .file(format!("episode_median_{objective}"), move |row| Cell::exact(of(row).median))
+        .file(format!("episode_worst_{objective}"), move |row| Cell::exact(of(row).worst));
+    match data.reference.is_none() {
+        true => columns,
+        false => columns
+            .file("episode_median", move |row| Cell::exact(of(row).median_relative))
+            .file("episode_worst", move |row| Cell::exact(of(row).worst_relative)),
+    }
 }
 
 /// Returns what happens in an evaluation episode or does not, with its position among the shares.

@@ -75,7 +75,6 @@ pub(super) fn common_points(data: &Report) -> BTreeSet<usize> {
     sets.reduce(|a, b| &a & &b).unwrap_or_default()
 }
 
-/// Returns the learners that have a curve, in the order of the ranking.
 fn drawn(data: &Report) -> Vec<&MethodSummary> {
     let has_curve = |m: &&MethodSummary| data.trainings_of(&m.method).any(|t| t.curve.len() > 1);
     data.methods.iter().filter(has_curve).collect()
@@ -120,12 +119,13 @@ pub(super) fn learning(data: &Report) -> Option<Figure> {
         x: (0.0, x_end),
         y: (ends.0 - pad, ends.1 + pad),
         x_step: nice_step(x_end, 10.0).max(1.0),
-        y_step: None,
+        y_step: (!is_ratio).then(|| nice_step(ends.1 - ends.0 + 2.0 * pad, 4.0)),
         x_last: x_end,
         x_label: Some(format!("training {row} ({how})")),
         y_label: None,
     });
-    for (value, label) in marks(is_ratio, (ends.0 - pad, ends.1 + pad)) {
+    let marks = if is_ratio { marks((ends.0 - pad, ends.1 + pad)) } else { Vec::new() };
+    for (value, label) in marks {
         let y = frame.y(value);
         canvas.line((area.0, y), (area.2, y), "#e3e3e3", 1.0, None);
         canvas.text(area.0 - 7.0, y + 4.5, &label, TextStyle::new(Anchor::End));
@@ -166,13 +166,7 @@ pub(super) fn learning(data: &Report) -> Option<Figure> {
     Some(canvas.figure("learning", "Learning curves", &description))
 }
 
-/// Returns where the axis is marked, and with what: round numbers, of ratios the fewer the longer it is.
-fn marks(is_ratio: bool, (low, high): (f64, f64)) -> Vec<(f64, String)> {
-    if !is_ratio {
-        let step = nice_step(high - low, 4.0);
-        let (from, to) = ((low / step).ceil() as i64, (high / step).floor() as i64);
-        return (from..=to).map(|k| (k as f64 * step, short(k as f64 * step))).collect();
-    }
+fn marks((low, high): (f64, f64)) -> Vec<(f64, String)> {
     let steps: &[f64] = match high - low {
         span if span < 0.8 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
         span if span < 2.0 => &[1.0, 2.0, 5.0],
@@ -182,14 +176,6 @@ fn marks(is_ratio: bool, (low, high): (f64, f64)) -> Vec<(f64, String)> {
     let all = decades.flat_map(|d| steps.iter().map(move |s| s * 10f64.powi(d)));
     let shown = all.filter(|t| (low..=high).contains(&t.log10()));
     shown.map(|t| (t.log10(), format::feature(t))).collect()
-}
-
-/// Returns a number that fits beside an axis: powers of 10 where it is tiny or huge.
-fn short(value: f64) -> String {
-    match value.abs() {
-        v if v == 0.0 || (0.01..1e5).contains(&v) => format::feature(value),
-        _ => format!("{value:.0e}"),
-    }
 }
 
 /// Returns `learning.csv`, what the figure shows: a row per learner and row of training, with the objective, the return and
@@ -221,7 +207,6 @@ pub(super) fn table(data: &Report) -> Option<String> {
     (!curves.is_empty()).then(|| csv::table(&header, rows))
 }
 
-/// Returns the curve of a learner over some point MDPs, or over all it has when there are none.
 fn curve<'a>(
     data: &'a Report,
     method: &'a MethodSummary,
@@ -242,7 +227,6 @@ fn last(values: &[f64]) -> f64 {
     values.last().copied().unwrap_or(f64::NAN)
 }
 
-/// Returns the trailing means of a figure, which goes on level to the given length.
 fn smoothed(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
     let trailing = |end: usize| {
         let window = &values[end.saturating_sub(SMOOTHED_OVER)..end];
@@ -251,7 +235,6 @@ fn smoothed(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
     (1..=episodes).map(|e| trailing(e.min(values.len()))).collect()
 }
 
-/// Returns the values of a curve, each of which counts until the next one, to the given length.
 fn carried(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
     let rows = values.iter().copied().chain(std::iter::repeat(None)).take(episodes);
     rows.scan(None, |last, value| {
@@ -261,11 +244,6 @@ fn carried(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
     .collect()
 }
 
-/// Returns the mean and the band of a figure, one per episode.
-///
-/// # Arguments
-///
-/// * `smooth` — [`smoothed`] or [`carried`].
 fn bands(data: &Report, trainings: &[&TrainingSummary], of: Values, smooth: Smooth) -> Vec<Band> {
     let with_values = || trainings.iter().filter(|t| of(t).iter().any(Option::is_some));
     let episodes = with_values().map(|t| of(t).len()).max().unwrap_or(0);
@@ -289,7 +267,6 @@ fn bands(data: &Report, trainings: &[&TrainingSummary], of: Values, smooth: Smoo
     (0..episodes).map(band).collect()
 }
 
-/// Returns positions near the wanted ones, in the same order, that leave room for a label each.
 fn spread(wanted: impl Iterator<Item = f64>, (top, bottom): (f64, f64)) -> Vec<f64> {
     let wanted: Vec<f64> = wanted.collect();
     let mut order: Vec<usize> = (0..wanted.len()).collect();
@@ -321,11 +298,9 @@ mod tests {
 
     #[test]
     fn marks_are_fewer_on_a_longer_axis() {
-        let of =
-            |is_ratio, ends| marks(is_ratio, ends).into_iter().map(|m| m.1).collect::<Vec<_>>();
-        assert_eq!(of(true, (-0.35, 0.2)), ["0.5", "0.7", "1", "1.5"]);
-        assert_eq!(of(true, (-0.5, 2.1)), ["1", "10", "100"]);
-        assert_eq!(of(false, (-3e6, 1e6)), ["-3e6", "-2e6", "-1e6", "0", "1e6"]);
+        let of = |ends| marks(ends).into_iter().map(|m| m.1).collect::<Vec<_>>();
+        assert_eq!(of((-0.35, 0.2)), ["0.5", "0.7", "1", "1.5"]);
+        assert_eq!(of((-0.5, 2.1)), ["1", "10", "100"]);
     }
 
     #[test]

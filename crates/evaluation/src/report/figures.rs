@@ -1,7 +1,7 @@
 //! The figures of a report, drawn from its data.
 
 use super::figure::{Figure, WIDTH};
-use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step, text_width};
+use super::svg::{Anchor, Axes, Canvas, Frame, INK, MUTED, TextStyle, nice_step, text_width};
 use super::whole::Report;
 use super::{format, palette};
 use crate::analysis::{Analysis, MethodSummary};
@@ -57,7 +57,7 @@ pub(super) fn dash(data: &Report, m: &MethodSummary) -> Option<&'static str> {
 
 /// Returns the ends of an axis of estimates: from 0 on, and where scores are relative no further than to a
 /// limit.
-pub(super) fn axis_of(data: &Report, methods: &[&MethodSummary]) -> (f64, f64) {
+fn axis_of(data: &Report, methods: &[&MethodSummary]) -> (f64, f64) {
     let ends = methods.iter().filter_map(|m| {
         let value = m.overall?;
         Some(m.interval.unwrap_or((value, value)))
@@ -208,7 +208,10 @@ pub(super) fn distribution(data: &Report) -> Option<Figure> {
         });
         bars(&mut canvas, &frame, h, color(data, m));
         reference_line(&mut canvas, data, &frame, (area.1, area.3), i == 0);
-        overall_mark(&mut canvas, &frame, m, h, area);
+        if let Some(value) = m.overall.filter(|value| *value < limit) {
+            let x = frame.x(value);
+            canvas.line((x, area.1), (x, area.3), INK, 2.0, None);
+        }
         let (y, style) = ((area.1 + area.3) / 2.0, TextStyle::new(Anchor::End));
         canvas.text(left - 44.0, y - 3.0, &label(data, m), style.bold());
         if let Some(worse) = worse(data, m) {
@@ -222,12 +225,12 @@ pub(super) fn distribution(data: &Report) -> Option<Figure> {
         }
     }
     canvas.text(8.0, 20.0, "number of point MDPs", TextStyle::new(Anchor::Start).color(MUTED));
-    let description = sentence(methods.iter().zip(&histograms).map(|(m, h)| {
-        let (name, of) = (label(data, m), data.reference.in_short());
-        let worse =
-            worse(data, m).map_or_else(String::new, |n| format!("worse than {of} on {n}, "));
-        format!("{name}: {worse}beyond the axis {}", h.over)
-    }));
+    let description = sentence(
+        methods
+            .iter()
+            .zip(&histograms)
+            .map(|(m, h)| format!("{}: beyond the axis {}", label(data, m), h.over)),
+    );
     let title = "Distribution of scores over point MDPs";
     Some(canvas.figure("distribution", title, &description))
 }
@@ -256,34 +259,7 @@ fn bars(canvas: &mut Canvas, frame: &Frame, h: &Histogram, color: &str) {
     }
 }
 
-fn overall_mark(
-    canvas: &mut Canvas,
-    frame: &Frame,
-    m: &MethodSummary,
-    h: &Histogram,
-    (_, top, _, bottom): (f64, f64, f64, f64),
-) {
-    let Some(value) = m.overall else { return };
-    let label = format!("overall {}", format::score(value));
-    if value >= h.limit {
-        let x = frame.x(h.limit + h.width) - 6.0;
-        let style = TextStyle::new(Anchor::End).bold();
-        canvas.text(x, top + 11.0, &format!("{label} \u{2192}"), style);
-        return;
-    }
-    let x = frame.x(value);
-    canvas.line((x, top), (x, bottom), "#1a1a1a", 2.0, None);
-    let (anchor, side) = if value - h.start > 0.8 * (h.limit - h.start) {
-        (Anchor::End, -1.0)
-    } else {
-        (Anchor::Start, 1.0)
-    };
-    let end = x + side * (text_width(&label) + 6.0);
-    canvas.rect((x + side * 2.0, top), (end, top + 15.0), "#ffffff", None);
-    canvas.text(x + side * 5.0, top + 11.0, &label, TextStyle::new(anchor).bold());
-}
-
-pub(super) fn reference_line(
+fn reference_line(
     canvas: &mut Canvas,
     data: &Report,
     frame: &Frame,
@@ -301,7 +277,7 @@ pub(super) fn reference_line(
     }
 }
 
-pub(super) fn with_interval(m: &MethodSummary) -> String {
+fn with_interval(m: &MethodSummary) -> String {
     let value = m.overall.map_or_else(|| "-".to_owned(), |v| format::score_within(v, m.interval));
     match m.interval {
         _ if m.is_reference => format!("{value} (by definition)"),

@@ -66,7 +66,6 @@ fn verdict(data: &Report) -> String {
     format!("{}: {perhaps}{change} {noun} {as_than} {than}{chance}", best.method)
 }
 
-/// Returns the method that does what is done today, if it is ranked and not what scores are divided by anyway.
 fn today(data: &Report) -> Option<&MethodSummary> {
     let name = data.sections.today(data)?;
     data.methods.iter().find(|m| m.method == name && m.rank.is_some() && !m.is_reference)
@@ -90,7 +89,6 @@ fn relative(data: &Report, own: &MethodSummary, other: &MethodSummary) -> Option
     weighted_mean(data.points.iter().filter_map(ratio))
 }
 
-/// Returns a score as a change from what it is relative to: `41% less`.
 fn change(score: f64) -> String {
     let direction = if score < 1.0 { "less" } else { "more" };
     match (1.0 - score).abs() {
@@ -110,7 +108,6 @@ fn is_open(data: &Report, best: &MethodSummary, rival: &MethodSummary) -> bool {
     (rival.is_reference && within) || pair.is_some_and(|p| p.decided() == Decided::Open)
 }
 
-/// Returns the best two methods compared, where both have the same point MDPs and there is an interval.
 fn best_two(data: &Report) -> Option<(&Pair, (f64, f64))> {
     let pair = data.comparison.pairs.iter().find(|pair| (pair.first, pair.second) == (0, 1))?;
     let same = [0, 1].iter().all(|m| data.methods[*m].points == pair.points);
@@ -176,7 +173,6 @@ pub(super) fn answers(data: &Report) -> Vec<(&'static str, Vec<String>)> {
     answers
 }
 
-/// Returns an amount with its unit.
 fn with_unit(words: &Words, value: f64) -> String {
     format!("{} {}", words.value(value), words.unit).trim_end().to_owned()
 }

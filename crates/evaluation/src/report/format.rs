@@ -1,7 +1,5 @@
 //! Numbers as people read them: as many digits as mean something.
 
-use crate::store::manifest::FeatureColumn;
-
 /// Width of an interval of scores below which two decimals would hide it.
 const NARROW: f64 = 0.02;
 
@@ -120,16 +118,6 @@ pub fn words(name: &str, unit: &str) -> String {
         _ => name,
     };
     name.replace('_', " ")
-}
-
-/// Returns a feature's name and unit, such as `speed (mph)`.
-pub fn feature_label(feature: &FeatureColumn) -> String {
-    let name = words(&feature.name, &feature.unit);
-    match feature.unit.as_str() {
-        "" => name,
-        unit if unit.starts_with(&name) => unit.to_owned(),
-        unit => format!("{name} ({unit})"),
-    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The page: prepares every text and number, so that the template only places them.
 
 use minijinja::value::merge_maps;
-use minijinja::{HtmlEscape, Value, context};
+use minijinja::{Value, context};
 
 use super::all::dash;
 use super::curves::{FEW_TRAININGS, common_points};
@@ -19,21 +19,13 @@ use super::words::Words;
 use super::{all, format, mix, summaries, sure, text};
 use crate::analysis::{EpisodeSummary, Estimated, MethodSummary, SMOOTHED_OVER, TaskScore};
 use crate::stats::bootstrap::RESAMPLES;
-use crate::store::manifest::{FeatureColumn, PointRow};
 
 const TEMPLATE: &str = include_str!("templates/index.html");
-
-/// Rows of the table of point MDPs that stay worst under the best method.
-const WORST_ROWS: usize = 10;
 
 /// Failures that are listed one by one; the others are in `scores.csv`.
 const FAILURE_ROWS: usize = 20;
 
 /// Returns the page.
-///
-/// # Errors
-///
-/// [`ReportError::Template`].
 pub(super) fn page(data: &Report, figures: &[Figure]) -> Result<String, ReportError> {
     let parts = data.sections.parts(data, figures)?;
     let further = context! {
@@ -62,7 +54,6 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         best => data.best().map(|m| m.method.clone()),
         methods => data.methods.iter().map(|m| method(data, m, &metrics)).collect::<Vec<_>>(),
         mix_row => data.mix.as_ref().map(|mix| method(data, &mix::row(data, mix), &metrics)),
-        names => data.methods.iter().map(|m| shown(data, &m.method)).collect::<Vec<_>>(),
         common => common(data),
         further => further_values(data),
         tuned_once => text::once(data, false).join(", "),
@@ -72,10 +63,6 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         learning => figure("learning"),
         training => training(data),
         distribution => figure("distribution"),
-        worst => worst(data),
-        worst_columns => data.sections.point_columns(data),
-        places_heading => data.sections.places_heading(),
-        units => units(data),
         regimes => data.regimes.iter().map(|r| r.heading.to_vec()).collect::<Vec<_>>(),
         shares => data.shares.iter().map(|s| s.heading.to_vec()).collect::<Vec<_>>(),
         failures => data.failed().take(FAILURE_ROWS).map(|r| failure(data, r)).collect::<Vec<_>>(),
@@ -86,13 +73,11 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
     }
 }
 
-/// Returns the runs that are compared, and what differs between them.
 fn runs(runs: &Runs) -> Value {
     let names: Vec<&str> = runs.sources.iter().map(|(name, ..)| name.as_str()).collect();
     context! { names => names.join(", "), differences => runs.differences.clone(), repeated => runs.repeated.clone() }
 }
 
-/// Returns what things are called, and which way is better.
 fn words(data: &Report) -> Value {
     let lower = data.direction().is_lower();
     context! {
@@ -106,14 +91,11 @@ fn words(data: &Report) -> Value {
         met => data.words.met.as_str(),
         row => data.words.row.as_str(),
         row_is => data.words.row_is.as_str(),
-        large => data.words.sizes[1].as_str(),
         relative => data.relative(),
         is_relative => !data.reference.is_none(),
         better => data.better(),
-        worst_is => if lower { "highest" } else { "lowest" },
         best_is => if lower { "smallest" } else { "largest" },
         worse_side => if lower { "right" } else { "left" },
-        worse_score => if lower { "above" } else { "below" },
         baseline => data.reference.name.as_str(),
         of => data.reference.in_short(),
         label => data.reference.as_label(),
@@ -121,7 +103,6 @@ fn words(data: &Report) -> Value {
     }
 }
 
-/// Returns what the domain says and shows.
 fn said(data: &Report, parts: &[Part]) -> Value {
     let says = |about: About| data.sections.says(about, data);
     let of = |slot: Slot| {
@@ -138,8 +119,6 @@ fn said(data: &Report, parts: &[Part]) -> Value {
         after_episodes => says(About::AfterEpisodes),
         training_says => says(About::Training),
         points_say => says(About::Points),
-        worst_says => says(About::Worst),
-        worst_caption => says(About::WorstCaption).unwrap_or_else(|| worst_caption(data)),
         not_covered => says(About::NotCovered),
         elsewhere => says(About::Elsewhere),
         apply => context! {
@@ -153,7 +132,6 @@ fn said(data: &Report, parts: &[Part]) -> Value {
     }
 }
 
-/// Returns what was planned, and by what.
 fn run(data: &Report) -> Value {
     let identity = &data.manifest.identity;
     context! {
@@ -212,7 +190,6 @@ fn method(data: &Report, m: &MethodSummary, metrics: &[Metric]) -> Value {
     }
 }
 
-/// Returns the score and the summaries beside it.
 fn summaries(data: &Report, m: &MethodSummary) -> Vec<Value> {
     let s = &m.summaries;
     let score = m.overall.map(|value| Estimated { value, interval: m.interval });
@@ -258,7 +235,6 @@ fn further_values(data: &Report) -> Option<Value> {
     })
 }
 
-/// Returns the comparison on the point MDPs that all methods have; undefined when all are ranked.
 fn common(data: &Report) -> Option<String> {
     let common = data.common.as_ref()?;
     let caption = format!(
@@ -268,7 +244,6 @@ fn common(data: &Report) -> Option<String> {
     Some(ranking(data, &common.methods, common.points).html(&caption))
 }
 
-/// Returns the table of trainings; undefined without learners.
 fn training(data: &Report) -> Option<Value> {
     let learners = data.learners();
     let curves: Vec<_> = learners.iter().filter(|l| l.scored > 0).collect();
@@ -293,57 +268,6 @@ fn training(data: &Report) -> Option<Value> {
             failed => learners.iter().map(|l| l.failed).sum::<usize>(),
         }
     })
-}
-
-/// Returns the point MDPs with the worst objective under the best method.
-fn worst(data: &Report) -> Vec<Value> {
-    let Some(best) = data.best() else { return Vec::new() };
-    let mut results: Vec<_> = data.results_of(best.index).collect();
-    results.sort_by(|a, b| data.direction().compare(b.1.objective, a.1.objective));
-    results
-        .into_iter()
-        .take(WORST_ROWS)
-        .map(|(p, r)| {
-            let value = |m: &MethodSummary| {
-                let result = p.results[m.index].as_ref();
-                result.map_or_else(dash, |r| data.words.value(r.objective))
-            };
-            context! {
-                point => data.title_of(&p.row.point),
-                id => Some(&p.row.point).filter(|id| data.title_of(id) != **id),
-                weight => format!("{:.2}%", 100.0 * p.weight),
-                stands_for => data.sections.stands_for(&p.row),
-                features => features(data, &p.row),
-                places => data.sections.places(&p.row),
-                cells => data.sections.point_cells(data, r),
-                values => data.methods.iter().map(value).collect::<Vec<_>>(),
-            }
-        })
-        .collect()
-}
-
-/// Returns what the table of the worst point MDPs shows.
-fn worst_caption(data: &Report) -> String {
-    let unit = match data.words.unit_in_full.as_str() {
-        "" => String::new(),
-        unit => format!(" ({unit})"),
-    };
-    HtmlEscape(&format!("{}{unit} under every method", data.words.heading())).to_string()
-}
-
-/// Returns the features and their units.
-fn units(data: &Report) -> String {
-    let columns = &data.manifest.identity.features;
-    columns.iter().map(format::feature_label).collect::<Vec<_>>().join("; ")
-}
-
-/// Returns the features as text, without the units, which the caption names.
-fn features(data: &Report, row: &PointRow) -> String {
-    let columns = &data.manifest.identity.features;
-    let text = |(f, value): (&FeatureColumn, &f64)| {
-        format!("{} {}", format::words(&f.name, &f.unit), format::feature(*value))
-    };
-    columns.iter().zip(&row.features).map(text).collect::<Vec<_>>().join(", ")
 }
 
 fn failure(data: &Report, row: &TaskScore) -> Value {

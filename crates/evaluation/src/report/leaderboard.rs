@@ -169,12 +169,10 @@ pub fn leaderboard(mut runs: Vec<Run>, known: &dyn Fn(&str) -> Known) -> Vec<Tab
     tables
 }
 
-/// Returns the preset of a run; empty where its domain has none.
 fn preset(identity: &Identity) -> String {
     identity.settings["preset"].as_str().unwrap_or_default().to_owned()
 }
 
-/// Returns what runs of tables side by side have in common.
 fn of_table(identity: &Identity) -> (String, String, String) {
     (identity.domain.clone(), identity.scenario.clone(), preset(identity))
 }
@@ -207,7 +205,6 @@ fn common_seeds(one: &Identity, other: &Identity) -> Vec<u64> {
     seeds.filter(|seed| other.evaluation_seeds.contains(seed)).copied().collect()
 }
 
-/// Returns the rows of a group of runs.
 fn rows(group: &[&Run], known: &Known) -> Vec<Row> {
     let first = group[0].0.identity();
     let mut rows: Vec<Row> = Vec::new();
@@ -295,7 +292,6 @@ fn has_it(a: &Source, b: &Source, method: &str) -> bool {
     is_larger && agree(&of(a), &of(b), method)
 }
 
-/// Returns the first and the last place that intervals allow.
 fn places(ends: &[(f64, f64)], direction: Direction) -> Vec<(usize, usize)> {
     let is_before = |a: (f64, f64), b: (f64, f64)| match direction {
         Direction::Lower => a.1 < b.0,
@@ -329,7 +325,6 @@ pub fn markdown(tables: &[Table], link: &dyn Fn(&str) -> String) -> String {
     page
 }
 
-/// Returns what a table is called.
 fn title(table: &Table) -> String {
     let mut title = table.scenario.clone();
     if let Some(preset) = &table.preset {

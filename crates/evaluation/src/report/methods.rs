@@ -6,7 +6,7 @@ use super::figures::shown;
 use super::sections;
 use super::table::{Cell, Columns, Table};
 use super::whole::Report;
-use super::{format, mix};
+use super::{csv, format, mix};
 use crate::analysis::{Estimated, MethodSummary, TuningSummary};
 
 /// The columns of the ranking.
@@ -77,20 +77,7 @@ pub(super) fn ranking(data: &Report, methods: &[MethodSummary], points: usize) -
     for (name, text) in data.sections.summary_columns(data) {
         columns = columns.file(name, move |_| Cell::parsed(&text));
     }
-    for (i, share) in data.shares.iter().enumerate() {
-        columns = columns.file(share.name, move |m| Cell::exact(m.episodes.shares[i]));
-    }
-    let objective = &identity.objective;
-    columns = columns
-        .file(format!("episode_median_{objective}"), |m: &&MethodSummary| {
-            Cell::exact(m.episodes.median)
-        })
-        .file(format!("episode_worst_{objective}"), |m| Cell::exact(m.episodes.worst));
-    if relative {
-        columns = columns
-            .file("episode_median", |m: &&MethodSummary| Cell::exact(m.episodes.median_relative))
-            .file("episode_worst", |m| Cell::exact(m.episodes.worst_relative));
-    }
+    columns = csv::of_episodes(columns, data, |m| &m.episodes);
     columns = estimated(columns, "iqm", |m| m.summaries.interquartile_mean);
     let tuning = |m: &MethodSummary, of: fn(TuningSummary) -> usize| {
         m.tuning.map_or_else(Cell::unknown, |tuning| Cell::count(of(tuning)))

@@ -53,7 +53,6 @@ pub(super) fn table(data: &Report, mix: &Mix) -> Table {
     columns.table(&mix.points)
 }
 
-/// Returns the names of methods of the mix, such as `a and b`.
 fn names(data: &Report, methods: &[usize]) -> String {
     let all: Vec<&str> = methods.iter().map(|m| data.methods[*m].method.as_str()).collect();
     all.join(" and ")

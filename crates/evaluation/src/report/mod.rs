@@ -16,7 +16,6 @@ mod first;
 pub mod format;
 mod html;
 mod json;
-mod latex;
 pub mod leaderboard;
 mod methods;
 mod mix;

@@ -6,8 +6,6 @@
 const BASELINE: &str = "#8c8c8c";
 
 /// Colours of methods that the domain does not have.
-///
-/// Source: M. Okabe and K. Ito, "Color universal design", 2008.
 const OTHERS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7"];
 
 /// Colours from best to worst, each darker than the one before, so that the order stays in print and

@@ -43,7 +43,6 @@ pub(super) fn provenance(data: &Report) -> Vec<Value> {
     .collect()
 }
 
-/// Returns the runs that are compared, with where they are and which they are.
 fn runs(data: &Report) -> impl Iterator<Item = (String, String)> {
     let sources = data.runs.iter().flat_map(|runs| &runs.sources);
     sources.map(|(name, path, manifest)| {
@@ -82,7 +81,6 @@ fn shorten(value: &mut Json) {
     }
 }
 
-/// Returns what a method of somebody's own is and consists of.
 fn told(own: &OwnMethod) -> String {
     let files = own.sha256.iter().map(|(file, sha256)| format!("{file} {sha256}"));
     let versions = own.versions.iter().map(|(what, version)| format!("{what} {version}"));

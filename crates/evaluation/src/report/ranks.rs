@@ -56,7 +56,6 @@ pub(super) fn ranks(data: &Report) -> Option<Figure> {
     Some(canvas.figure("ranks", "Probability of every place", &description))
 }
 
-/// Returns a probability in per cent without its sign; more than nothing is never "0", less than all never "100".
 fn percent(p: f64) -> String {
     match 100.0 * p {
         p if p <= 0.0 => "0".to_owned(),

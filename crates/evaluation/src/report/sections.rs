@@ -42,10 +42,8 @@ pub enum About {
     ApplySpread,
     /// The same, below the learning curves.
     ApplyTraining,
-    /// What even the best method cannot help: above the worst point MDPs.
+    /// What even the best method cannot help: below the table of everything.
     Worst,
-    /// Caption of the table of the worst point MDPs.
-    WorstCaption,
     /// What no interval covers.
     NotCovered,
     /// Where else results may be otherwise.
@@ -79,7 +77,7 @@ pub struct Metric {
 /// Where a part of the page stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Slot {
-    /// Among the sections, before the worst point MDPs.
+    /// Among the sections, before the table of everything.
     Body,
     /// Among the notes.
     Notes,
@@ -226,17 +224,6 @@ pub trait Sections: std::fmt::Debug + Sync {
         Vec::new()
     }
 
-    /// Returns what stands below the heading of point MDPs, where lines say where they are.
-    fn places_heading(&self) -> Option<&'static str> {
-        None
-    }
-
-    /// Returns where a point MDP is, a line each.
-    fn places(&self, point: &PointRow) -> Vec<String> {
-        let _ = point;
-        Vec::new()
-    }
-
     /// Returns the places that have a row each in the table of everything, in the order of their rows; `None` where
     /// none is known, so that point MDPs have.
     fn spots(&self, data: &Analysis) -> Option<Vec<Spot>> {
@@ -249,13 +236,13 @@ pub trait Sections: std::fmt::Debug + Sync {
         format::count(point.instances as usize, "instance")
     }
 
-    /// Returns the headings of further columns of the worst point MDPs.
+    /// Returns what [`Sections::point_cells`] are.
     fn point_columns(&self, data: &Analysis) -> Vec<&'static str> {
         let _ = data;
         Vec::new()
     }
 
-    /// Returns the cells of a point MDP under the best method in those columns.
+    /// Returns what stands beside the objective of a method on a point MDP.
     fn point_cells(&self, data: &Analysis, result: &PointResult) -> Vec<String> {
         let _ = (data, result);
         Vec::new()

@@ -4,7 +4,6 @@ use super::format;
 use super::table::{Cell, Columns, Table};
 use crate::analysis::sensitivity::{Distribution, RANDOM, Sensitivity};
 
-/// Returns a score with as many decimals as distributions differ in.
 fn score(value: f64) -> String {
     if value.abs() < 100.0 { format!("{value:.3}") } else { format::score(value) }
 }

@@ -24,10 +24,6 @@ const LIKELY: f64 = 0.01;
 const ROUNDING: f64 = 1e-12;
 
 /// Returns the section; `None` where no two methods have a result on the same point MDP.
-///
-/// # Errors
-///
-/// [`ReportError::Template`].
 pub(super) fn section(data: &Report, figures: &[Figure]) -> Result<Option<String>, ReportError> {
     if data.comparison.pairs.is_empty() {
         return Ok(None);

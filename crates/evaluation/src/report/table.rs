@@ -6,7 +6,7 @@ use std::fmt::Write;
 use comfy_table::{CellAlignment, LineStyle, Table as Plain, TableStyle};
 use serde_json::{Map, Value};
 
-use super::{csv, latex};
+use super::csv;
 
 /// What stands where nothing is known.
 const UNKNOWN: &str = "-";
@@ -95,7 +95,6 @@ impl Cell {
         }
     }
 
-    /// Returns what people read, in one line.
     fn line(&self) -> String {
         match &self.below {
             Some(below) => format!("{} ({below})", self.shown),
@@ -185,7 +184,6 @@ impl Table {
         self.rows.is_empty()
     }
 
-    /// Returns the columns that people see, each with its position.
     fn seen(&self) -> impl Iterator<Item = (usize, &Head)> {
         self.heads.iter().enumerate().filter(|(_, head)| !head.heading.is_empty())
     }
@@ -235,9 +233,9 @@ impl Table {
         let columns: String =
             self.seen().map(|(_, head)| if head.right { 'r' } else { 'l' }).collect();
         let line = |cells: Vec<String>| format!("{} \\\\\n", cells.join(" & "));
-        let heading = line(self.seen().map(|(_, head)| latex::escaped(&head.heading)).collect());
+        let heading = line(self.seen().map(|(_, head)| latex_escaped(&head.heading)).collect());
         let row = |row: &Vec<Cell>| {
-            line(self.seen().map(|(i, _)| latex::escaped(&row[i].line())).collect())
+            line(self.seen().map(|(i, _)| latex_escaped(&row[i].line())).collect())
         };
         let rows: String = self.rows.iter().map(row).collect();
         format!(
@@ -277,6 +275,30 @@ impl Table {
     }
 }
 
+/// Returns a text in which nothing is a command of LaTeX.
+fn latex_escaped(text: &str) -> String {
+    let mut escaped = String::new();
+    for c in text.chars() {
+        match c {
+            '&' | '%' | '$' | '#' | '_' | '{' | '}' => escaped.extend(['\\', c]),
+            '\\' => escaped.push_str("\\textbackslash{}"),
+            '~' => escaped.push_str("\\textasciitilde{}"),
+            '^' => escaped.push_str("\\textasciicircum{}"),
+            '<' => escaped.push_str("$<$"),
+            '>' => escaped.push_str("$>$"),
+            '\u{2265}' => escaped.push_str("$\\geq$"),
+            '\u{2264}' => escaped.push_str("$\\leq$"),
+            '\u{2212}' => escaped.push_str("$-$"),
+            '\u{d7}' => escaped.push_str("$\\times$"),
+            '\u{b1}' => escaped.push_str("$\\pm$"),
+            '\u{2013}' => escaped.push_str("--"),
+            c if c.is_control() => escaped.push(' '),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -299,5 +321,13 @@ mod tests {
         );
         let row = "<tr><th scope=\"row\">&lt;c&gt;</th><td class=\"n\">-</td></tr>";
         assert!(table.html("T").contains(row));
+    }
+
+    #[test]
+    fn nothing_in_a_text_is_a_command() {
+        assert_eq!(
+            latex_escaped("a\\b~^\n"),
+            "a\\textbackslash{}b\\textasciitilde{}\\textasciicircum{} "
+        );
     }
 }

@@ -173,7 +173,6 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
     }
     notes.extend(assisted_otherwise(data));
     notes.extend(luck(data));
-    notes.extend(data.methods.iter().filter_map(untuned));
     notes
 }
 
@@ -184,16 +183,6 @@ fn assisted_otherwise(data: &Report) -> Option<String> {
     Some(format!(
         "The results that assist the sample were computed with other settings ({named}). They help less than results \
          with the same settings would."
-    ))
-}
-
-/// Says on how many point MDPs tuning did not improve on what it started from; `None` where it did everywhere.
-fn untuned(m: &MethodSummary) -> Option<String> {
-    let tuning = m.tuning.filter(|tuning| tuning.kept > 0)?;
-    let (kept, points) = (tuning.kept, format::count(tuning.points, "point MDP"));
-    Some(format!(
-        "{}: on {kept} of {points} tuning did not improve on the program that it started from, and kept that program.",
-        m.method
     ))
 }
 

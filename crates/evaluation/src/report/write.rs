@@ -15,15 +15,7 @@ use basics::files::{make_folder_beneath, write_atomically};
 pub struct ReportPaths {
     /// `DIR/report/index.html`.
     pub html: PathBuf,
-    /// `DIR/report/scores.csv`.
-    pub scores: PathBuf,
-    /// The other tables, `DIR/report/*.csv`: those of learners where a method learned.
-    pub tables: Vec<PathBuf>,
-    /// `DIR/report/*.tex`: tables in LaTeX.
-    pub latex: Vec<PathBuf>,
-    /// What the domain adds.
-    pub further: Vec<PathBuf>,
-    /// What people should know of that, such as why a file is missing.
+    /// What people should know of what the domain adds, such as why a file is missing.
     pub notes: Vec<String>,
     /// `DIR/report/*.svg`.
     pub figures: Vec<PathBuf>,
@@ -66,25 +58,16 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
     figures.extend(data.sections.figures(data));
     let page = html::page(data, &figures)?;
     let written = data.sections.write(&folder, data)?;
-    let mut paths = ReportPaths {
-        further: written.files,
-        notes: written.notes,
-        html: folder.join("index.html"),
-        scores: folder.join("scores.csv"),
-        tables: Vec::new(),
-        latex: Vec::new(),
-        figures: Vec::new(),
-    };
+    let mut paths =
+        ReportPaths { notes: written.notes, html: folder.join("index.html"), figures: Vec::new() };
     for figure in &figures {
         paths.figures.push(figure.write(&folder)?);
     }
     for (name, about, cells) in for_papers(data) {
-        let path = folder.join(name);
-        write_atomically(&path, cells.latex(&about).as_bytes())?;
-        paths.latex.push(path);
+        write_atomically(&folder.join(name), cells.latex(&about).as_bytes())?;
     }
-    write_atomically(&paths.scores, csv::scores(data).as_bytes())?;
     let tables = [
+        ("scores.csv", Some(csv::scores(data))),
         ("summary.csv", Some(data.ranking().csv())),
         ("pairs.csv", Some(sure::pairs(data, &data.comparison.pairs).csv())),
         ("ranks.csv", Some(sure::places(data).csv())),
@@ -95,17 +78,13 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
         ("training.csv", (!data.trainings.is_empty()).then(|| csv::training(data))),
     ];
     for (name, text) in tables {
-        let Some(text) = text else { continue };
-        let path = folder.join(name);
-        write_atomically(&path, text.as_bytes())?;
-        paths.tables.push(path);
+        text.map_or(Ok(()), |text| write_atomically(&folder.join(name), text.as_bytes()))?;
     }
     // The page comes last: when it is new, everything that it names is new too.
     write_atomically(&paths.html, page.as_bytes())?;
     Ok(paths)
 }
 
-/// Returns the tables that are written in LaTeX: name of the file, what it is a table of, and its cells.
 fn for_papers(data: &Report) -> Vec<(&'static str, String, Table)> {
     let (of, relative) = (&data.manifest.identity.scenario, data.relative());
     let noun = &data.words.noun;

@@ -55,7 +55,6 @@ pub fn degrees(points: &[PointObjectives]) -> Option<f64> {
     (squares > 0.0).then(|| variance.powi(2) / squares)
 }
 
-/// Returns Student's quantile divided by the normal one.
 fn of_degrees(degrees: f64, alpha: f64) -> f64 {
     let quantiles = StudentsT::new(0.0, 1.0, degrees).ok().zip(Normal::new(0.0, 1.0).ok());
     let at = 1.0 - alpha / 2.0;
@@ -77,7 +76,6 @@ fn parts(point: &PointObjectives) -> [Option<(f64, f64)>; 2] {
     [of_mean(&seeds), of_mean(&replicates)]
 }
 
-/// Returns the variance of the mean of values, with its degrees of freedom.
 fn of_mean(values: &[f64]) -> Option<(f64, f64)> {
     let middle = mean(values)?;
     let degrees = values.len() as f64 - 1.0;

@@ -71,7 +71,6 @@ pub fn differences(x: &[Vec<f64>], y: &[Vec<f64>]) -> Vec<Vec<f64>> {
     combined(x, y, |x, y| x - y)
 }
 
-/// Returns the share of runs than which one is better, ties counting half.
 fn placement(run: f64, others: &[f64], direction: Direction) -> f64 {
     let won = |other: &f64| match run == *other {
         true => 0.5,
@@ -87,7 +86,6 @@ fn combined(x: &[Vec<f64>], y: &[Vec<f64>], of: impl Fn(f64, f64) -> f64) -> Vec
     x.iter().zip(&y).map(|(x, y)| x.iter().zip(y).map(|(x, y)| of(*x, *y)).collect()).collect()
 }
 
-/// Returns as many trainings: the table itself, or its mean so often.
 fn averaged(table: &[Vec<f64>], trainings: usize) -> Vec<Vec<f64>> {
     if table.len() == trainings {
         return table.to_vec();

@@ -3,7 +3,6 @@
 pub mod bootstrap;
 pub mod combinations;
 pub mod direction;
-mod draws;
 mod few_seeds;
 pub mod histogram;
 pub mod improvement;

@@ -54,7 +54,6 @@ pub fn median(values: &[f64]) -> Option<f64> {
     (!sorted.is_empty()).then(|| quantile(&sorted, 0.5))
 }
 
-/// Returns [`quantile`] of values in any order, which it reorders: only the two that it lies between are looked for.
 fn select(values: &mut [f64], q: f64) -> f64 {
     let at = q * (values.len() - 1) as f64;
     let (_, low, above) = values.select_nth_unstable_by(at.floor() as usize, f64::total_cmp);

@@ -3,11 +3,14 @@
 //! What a resample is, is said in [`super::bootstrap`]. A report takes thousands of resamples of every method and of
 //! every two, so here nothing is allocated per resample: what was measured lies in one list, and means are written
 //! over those of the resample before.
+//!
+//! A report draws some 10^9 of them. What is drawn is what `random_range` draws one by one, index for index: a word of
+//! the generator times the number of values, whose upper half counts. Where the lower half asks for a second word, which
+//! happens once in 10^8 draws, the generator goes back and the draws around it are drawn one by one.
 
-use rand::{Rng, SeedableRng};
+use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::draws::{Draws, size};
 use super::{PointMeans, PointObjectives, Resampling};
 
 /// Stream of the generator that the choice of point MDPs is drawn from; seeds are drawn from stream 0.
@@ -24,10 +27,6 @@ pub(super) struct Resample<'a> {
 }
 
 /// Resamples what was measured `count` times; not at all when the spread cannot be estimated or there is none.
-///
-/// # Arguments
-///
-/// Those of [`super::bootstrap_all`]; `whole` are the means of the points, `take` gets every resample.
 pub(super) fn resample(
     (points, whole): (&[PointObjectives], &[PointMeans]),
     resampling: &Resampling,
@@ -67,7 +66,6 @@ fn has_noise(points: &[PointObjectives]) -> bool {
     points.iter().any(|p| p.baseline.len() > 1 || p.method.len() > 1)
 }
 
-/// Returns the source of replicates: methods differ in these but not in their seeds.
 fn replicates(rng: &mut ChaCha8Rng, trainings: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(rng.next_u64().wrapping_add(trainings))
 }
@@ -114,7 +112,6 @@ impl Measured {
         Self { values, shapes, sums: points.iter().map(sum).collect() }
     }
 
-    /// Returns room for the indices of a resample.
     fn drawn(&self) -> Drawn {
         let of_seeds = Draws::of(self.shapes.iter().map(|shape| shape.0));
         let of_replicates = Draws::of(self.shapes.iter().map(|shape| shape.1));
@@ -164,6 +161,79 @@ impl Measured {
                 let n = of_seeds.len() as f64;
                 PointMeans { method: top / n, baseline: bottom / n, score: top / bottom, ..*whole }
             };
+        }
+    }
+}
+
+/// Words that are taken from the generator at a time.
+const AT_ONCE: usize = 256;
+
+/// What is drawn in one resample, group after group.
+struct Draws {
+    /// Groups of as many values that follow one another: number of values, and of draws.
+    runs: Vec<(u32, usize)>,
+    len: usize,
+}
+
+/// Returns how many of `n` values a resample draws: one less, but the only one where there is one.
+fn size(n: usize) -> usize {
+    if n == 1 { 1 } else { n.saturating_sub(1) }
+}
+
+impl Draws {
+    /// Returns the draws from groups of so many values each.
+    fn of(groups: impl Iterator<Item = usize>) -> Self {
+        let mut runs: Vec<(u32, usize)> = Vec::new();
+        for n in groups.filter(|n| *n > 0) {
+            let values = u32::try_from(n).expect("seeds and replicates are numbered with 32 bits");
+            match runs.last_mut() {
+                Some((of, count)) if *of == values => *count += size(n),
+                _ => runs.push((values, size(n))),
+            }
+        }
+        let len = runs.iter().map(|run| run.1).sum();
+        Self { runs, len }
+    }
+
+    /// Returns the number of indices of a resample.
+    fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Writes the indices of as many resamples as there is room for.
+    fn fill(&self, rng: &mut ChaCha8Rng, drawn: &mut [u32]) {
+        if let [(values, _)] = self.runs[..] {
+            return fill(values, rng, drawn);
+        }
+        for mut rest in drawn.chunks_exact_mut(self.len.max(1)) {
+            for (values, count) in &self.runs {
+                let own;
+                (own, rest) = rest.split_at_mut(*count);
+                fill(*values, rng, own);
+            }
+        }
+    }
+}
+
+/// Writes indices below `values`; of one value the only one, for which nothing is drawn.
+fn fill(values: u32, rng: &mut ChaCha8Rng, drawn: &mut [u32]) {
+    if values < 2 {
+        return drawn.fill(0);
+    }
+    let mut bytes = [0; 4 * AT_ONCE];
+    for part in drawn.chunks_mut(AT_ONCE) {
+        let before = rng.clone();
+        let bytes = &mut bytes[..4 * part.len()];
+        rng.fill_bytes(bytes);
+        let mut asks_for_more = false;
+        for (drawn, word) in part.iter_mut().zip(bytes.as_chunks().0) {
+            let product = u64::from(u32::from_le_bytes(*word)) * u64::from(values);
+            *drawn = (product >> 32) as u32;
+            asks_for_more |= product as u32 > values.wrapping_neg();
+        }
+        if asks_for_more {
+            *rng = before;
+            part.iter_mut().for_each(|drawn| *drawn = rng.random_range(0..values));
         }
     }
 }
@@ -238,5 +308,40 @@ mod tests {
             assert_eq!(baseline, [10.0, 20.0, 40.0][i % 3]);
             assert!((score - 0.1).abs() < 1e-12 || (score - 0.3).abs() < 1e-12, "{score}");
         }
+    }
+
+    /// Returns what a plain generator draws from such groups, resample after resample.
+    fn one_by_one(groups: &[usize], rng: &mut ChaCha8Rng, resamples: usize) -> Vec<u32> {
+        let draw = |n: &usize| match *n {
+            1 => vec![0],
+            n => (1..n).map(|_| rng.random_range(0..n) as u32).collect(),
+        };
+        std::iter::repeat_n(groups, resamples).flatten().flat_map(draw).collect()
+    }
+
+    #[test]
+    fn what_is_drawn_at_once_is_what_is_drawn_one_by_one() {
+        let many = vec![11; 100];
+        for groups in [&[2][..], &[1, 1], &[11, 11, 1, 5, 0, 2], &many, &[100_000, 3]] {
+            let draws = Draws::of(groups.iter().copied());
+            let [mut at_once, mut plain] = [1, 1].map(ChaCha8Rng::seed_from_u64);
+            let mut drawn = vec![9; 7 * draws.len()];
+            draws.fill(&mut at_once, &mut drawn);
+            assert_eq!(drawn, one_by_one(groups, &mut plain, 7));
+            assert_eq!(at_once.next_u32(), plain.next_u32());
+        }
+    }
+
+    #[test]
+    fn draws_that_take_a_second_word_are_the_same() {
+        // Of so many values nearly half of the draws do.
+        let values = 3 << 30;
+        let [mut at_once, mut plain] = [2, 2].map(ChaCha8Rng::seed_from_u64);
+        let mut drawn = vec![0; 1000];
+        fill(values, &mut at_once, &mut drawn);
+        let expected: Vec<u32> =
+            (0..1000).map(|_| plain.random_range(0..values as usize) as u32).collect();
+        assert_eq!(drawn, expected);
+        assert_eq!(at_once.next_u32(), plain.next_u32());
     }
 }

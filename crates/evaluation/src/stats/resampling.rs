@@ -117,7 +117,6 @@ impl Resampling {
     }
 }
 
-/// Returns a factor that makes a normal change one of Student's t: the root of `nu / chi^2_nu`.
 fn student(degrees: f64, rng: &mut impl Rng) -> f64 {
     ChiSquared::new(degrees).map_or(1.0, |chi| {
         let x: f64 = chi.sample(rng);

@@ -180,7 +180,6 @@ pub fn study(
     Ok(cells)
 }
 
-/// Returns the estimates of all methods from one repeat's samples.
 fn trials(
     recorded: &Recorded,
     (plain, assisted): (&Setting<'_>, &[Setting<'_>]),

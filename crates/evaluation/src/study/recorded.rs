@@ -127,10 +127,6 @@ impl Recorded {
     }
 
     /// Adds a method.
-    ///
-    /// # Arguments
-    ///
-    /// * `rows` — the point MDPs by their ids; `costs` — seconds by method and point MDP.
     fn add(
         &mut self,
         analysis: &Analysis,
@@ -209,24 +205,16 @@ impl Recorded {
         others: impl ExactSizeIterator<Item = (&'a str, f64)>,
         (dir, than): (&str, &str),
     ) -> Result<(), StudyError> {
-        let differ = |what: String| {
-            refused(format!(
-                "{dir} has another family than {than}: {what}; give results of the same scenario"
-            ))
+        let own = self.family.points.iter();
+        let same = |(point, (id, importance)): (&PointMdp, (&str, f64))| {
+            point.id == id && (point.importance - importance).abs() <= TOLERANCE
         };
-        let (own, all) = (self.family.points.len(), others.len());
-        if own != all {
-            return differ(format!("it has {own} point MDPs, not {all}"));
+        if own.len() == others.len() && own.zip(others).all(same) {
+            return Ok(());
         }
-        for (point, (id, importance)) in self.family.points.iter().zip(others) {
-            if point.id != id || (point.importance - importance).abs() > TOLERANCE {
-                return differ(format!(
-                    "{} with importance {:.6} against {id} with {importance:.6}",
-                    point.id, point.importance
-                ));
-            }
-        }
-        Ok(())
+        refused(format!(
+            "{dir} has another family than {than}: other point MDPs, or another importance; give results of the same scenario"
+        ))
     }
 
     /// Returns the overall performance of a method.

@@ -18,9 +18,6 @@ use crate::stats::summary::Statistics;
 use crate::stats::{PointObjectives, Resampling, StatsError, means};
 
 /// By how much intervals are wider than the process says.
-///
-/// Source: the published families of Salt Lake City and CartPole, each method estimated without its own scores. Intervals
-/// hold the truth in 99 to 100 of 100 samples there, so they are too wide.
 const WIDENING: f64 = 1.5;
 
 /// Returns the estimates of [`Estimator::BayesianQuadrature`].
@@ -47,7 +44,6 @@ pub(super) fn estimate_all(
     estimates(sample, &weighed, &resampling, statistics, rng)
 }
 
-/// Returns how scores are drawn anew: by what each differs by from what the others say.
 fn resampling(rule: &Rule, scores: &[f64]) -> Resampling {
     let innovations = rule.innovations();
     let mean: f64 = rule.weights.iter().zip(scores).map(|(w, y)| w * y).sum();

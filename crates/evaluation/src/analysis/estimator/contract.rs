@@ -260,10 +260,6 @@ impl Sample<'_> {
 }
 
 /// Returns the statistics with their intervals.
-///
-/// # Arguments
-///
-/// * `sample` — what counts here: the method, the number of resamples, and alpha.
 pub(super) fn estimates(
     sample: Sample<'_>,
     scores: &[PointObjectives],

@@ -4,22 +4,7 @@ use super::contract::Chosen;
 use crate::stats::resampling::Contrast;
 
 /// Returns the contrasts of the local mean variance estimator: every point MDP against the mean of itself and its
-/// nearest neighbours in the sample. A point MDP that is in every sample gets an empty contrast: all methods then have
-/// equally many contrasts, and so meet the same random numbers.
-///
-/// With `z_i = w_i (y_i - mean)` the variance is `sum_i (1 - pi_i) (k + 1) / k (z_i - local mean of z)^2`; with as many
-/// neighbours as there are it is that of independent draws with a fixed size.
-///
-/// # Arguments
-///
-/// * `weights` — shape `[n]`.
-/// * `inclusion` — probabilities, shape `[n]`; point MDPs that every sample has add nothing.
-/// * `neighbours` — how many.
-///
-/// Deviation: Grafström and Schelin have no factor `1 - pi`; without it intervals of large samples are far too wide.
-///
-/// Source: A. Grafström and L. Schelin, "How to select representative samples", Scandinavian Journal of Statistics 41
-/// (2014).
+/// nearest neighbours in the sample.
 pub(super) fn local_means(
     points: &[Chosen],
     weights: &[f64],

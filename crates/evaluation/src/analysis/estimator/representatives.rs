@@ -22,7 +22,6 @@ pub(super) fn resampling(sample: Sample<'_>, scores: &[PointObjectives]) -> Resa
     }
 }
 
-/// Returns for every cluster its representative against those of the nearest clusters; nothing for a cluster of one.
 fn contrasts(sample: Sample<'_>, scores: &[PointObjectives]) -> Vec<Contrast> {
     let total: f64 = scores.iter().map(|p| p.weight).sum();
     let answered = sample.answered(scores.len());
