@@ -23,6 +23,7 @@ use crate::store::error::StoreError;
 use crate::store::results::Results;
 use crate::traffic::domain::Traffic;
 use crate::traffic::report::TrafficSections;
+use crate::traffic::trial::DELAY;
 
 static TRAFFIC: OnceLock<Traffic> = OnceLock::new();
 
@@ -107,15 +108,16 @@ pub fn analysis(layout: &Layout, results: &Results) -> Result<Analysis, StoreErr
 ///
 /// [`StoreError`] when a file of the domain is damaged.
 pub fn sections(layout: &Layout, results: &Results) -> Result<Box<dyn Sections>, StoreError> {
-    let name = results.manifest.identity.domain.as_str();
-    if name == Traffic::NAME {
+    let identity = &results.manifest.identity;
+    let name = identity.domain.as_str();
+    if name == Traffic::NAME && identity.objective == DELAY {
         return Ok(Box::new(TrafficSections::read(layout, results)?));
     }
     let Some(domain) = domains().into_iter().find(|domain| domain.name() == name) else {
         return Ok(Box::new(Plain::default()));
     };
     let objective = domain.objective();
-    let known = objective.metric == results.manifest.identity.objective;
+    let known = objective.metric == identity.objective;
     let looks = domain.methods().iter().map(|m| {
         let look = Look { color: m.color, dash: m.dash };
         (m.name.to_owned(), look)

@@ -68,7 +68,7 @@ fn look() -> Findings {
     let mut problems = Vec::new();
     let (libsumo, sumo_version) = simulator(&mut problems);
     let netconvert = Netconvert::find().map_err(|e| problems.push(e.to_string())).ok();
-    let netconvert_version = netconvert.as_ref().map(|n| n.version().to_owned());
+    let netconvert_version = netconvert.as_ref().map(|n| n.version.clone());
     if let (Some(sumo), Some(netconvert)) = (&sumo_version, &netconvert_version)
         && number(sumo) != number(netconvert)
     {
@@ -82,7 +82,7 @@ fn look() -> Findings {
         built_with: RUSTC.to_owned(),
         libsumo,
         sumo_version,
-        netconvert: netconvert.map(|n| n.path().display().to_string()),
+        netconvert: netconvert.map(|n| n.path.display().to_string()),
         netconvert_version,
         mujoco: mujoco(&mut problems),
         workers: available_parallelism().map_or(1, std::num::NonZero::get),

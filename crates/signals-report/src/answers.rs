@@ -1,7 +1,6 @@
 //! What traffic adds to the first page: vehicle-hours.
 
 use super::demand::{self, HOUR_S};
-use super::level_of_service::DELAY;
 use super::plans::told::given_plan;
 use evaluation::analysis::{Analysis, PointSummary};
 use evaluation::report::format;
@@ -28,9 +27,6 @@ pub(super) fn today(data: &Analysis) -> Option<&'static str> {
 /// counted.
 pub(super) fn gain(data: &Analysis) -> Option<String> {
     let identity = &data.manifest.identity;
-    if identity.objective != DELAY {
-        return None;
-    }
     let of_today = today(data).and_then(|name| data.methods.iter().find(|m| m.method == name));
     let reference =
         of_today.filter(|m| m.rank.is_some()).map(|m| m.index).or(data.reference.index)?;

@@ -7,7 +7,7 @@
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonObject, JsonValue};
 
 use super::demand::all_defaults;
-use super::level_of_service::{DELAY, letter};
+use super::level_of_service::letter;
 use super::shown::{Seen, streets};
 use evaluation::analysis::Analysis;
 use evaluation::report::{Spot, csv};
@@ -74,71 +74,54 @@ fn any_withheld(seen: Seen<'_>) -> bool {
     shown.places.intersections.iter().any(of)
 }
 
-/// Returns the names of the columns; those of one method come last.
-fn header(data: &Analysis, why: bool) -> Vec<String> {
-    let identity = &data.manifest.identity;
-    let objective = &identity.objective;
-    ["id", "streets", "latitude", "longitude", "point", "basis", "results_of", "winner"]
-        .map(str::to_owned)
-        .into_iter()
-        .chain([format!("winner_{objective}")])
-        .chain(
-            ["score", "score_low", "score_high", "level_of_service", "runner_up"]
-                .map(str::to_owned),
-        )
-        .chain([format!("runner_up_{objective}")])
-        .chain(
-            ["lead_low", "lead_high", "against", "winner_probability", "winner_fails"]
-                .map(str::to_owned),
-        )
-        .chain(why.then(|| "winner_probability_withheld".to_owned()))
-        .chain(identity.methods.iter().map(|m| format!("{m}_{objective}")))
-        .collect()
-}
-
-/// Returns the cells of an intersection, in the order of [`header`].
-fn cells(data: &Analysis, place: &MappedIntersection, why: bool) -> Vec<JsonValue> {
+/// Returns the columns of an intersection; those of one method come last.
+fn columns(data: &Analysis, place: &MappedIntersection, why: bool) -> Vec<(String, JsonValue)> {
     let identity = &data.manifest.identity;
     let (basis, point) = basis(data, place);
     let withheld = withheld(data, basis);
     let point = point.map(|p| &data.points[p]);
     let winner = point.and_then(|p| data.winners[p.index].as_ref());
     let result = |method: Option<usize>| point?.results[method?].as_ref();
+    let number = |value: Option<f64>| value.map_or(JsonValue::Null, JsonValue::from);
     let objective = |method: Option<usize>| number(result(method).map(|r| r.objective));
     let name = |method: Option<usize>| JsonValue::from(method.map(|m| identity.methods[m].clone()));
     let best = winner.map(|w| w.best);
     let next = winner.and_then(|w| w.runner_up);
-    let level = result(best).filter(|_| identity.objective == DELAY);
+    let level = result(best);
     let (interval, lead) = (winner.and_then(|w| w.interval), winner.and_then(|w| w.lead));
-    let mut cells = vec![
-        place.id.clone().into(),
-        streets(place).unwrap_or_default().into(),
-        place.latitude.into(),
-        place.longitude.into(),
-        place.point.clone().into(),
-        basis.word().into(),
-        point.map(|p| p.row.point.clone()).into(),
-        name(best),
-        objective(best),
-        number(result(best).and_then(|r| r.score)),
-        number(interval.map(|i| i.0)),
-        number(interval.map(|i| i.1)),
-        level.map(|r| letter(r.objective).to_string()).into(),
-        name(next),
-        objective(next),
-        number(lead.map(|l| l.0)),
-        number(lead.map(|l| l.1)),
-        data.reference.name.clone().into(),
-        number(winner.filter(|_| withheld.is_none()).and_then(|w| w.probability)),
-        point.zip(best).and_then(|(p, best)| data.fails(p, best)).into(),
+    let of = |of: &str| format!("{of}_{}", identity.objective);
+    let mut columns = vec![
+        ("id".to_owned(), place.id.clone().into()),
+        ("streets".to_owned(), streets(place).unwrap_or_default().into()),
+        ("latitude".to_owned(), place.latitude.into()),
+        ("longitude".to_owned(), place.longitude.into()),
+        ("point".to_owned(), place.point.clone().into()),
+        ("basis".to_owned(), basis.word().into()),
+        ("results_of".to_owned(), point.map(|p| p.row.point.clone()).into()),
+        ("winner".to_owned(), name(best)),
+        (of("winner"), objective(best)),
+        ("score".to_owned(), number(result(best).and_then(|r| r.score))),
+        ("score_low".to_owned(), number(interval.map(|i| i.0))),
+        ("score_high".to_owned(), number(interval.map(|i| i.1))),
+        ("level_of_service".to_owned(), level.map(|r| letter(r.objective).to_string()).into()),
+        ("runner_up".to_owned(), name(next)),
+        (of("runner_up"), objective(next)),
+        ("lead_low".to_owned(), number(lead.map(|l| l.0))),
+        ("lead_high".to_owned(), number(lead.map(|l| l.1))),
+        ("against".to_owned(), data.reference.name.clone().into()),
+        (
+            "winner_probability".to_owned(),
+            number(winner.filter(|_| withheld.is_none()).and_then(|w| w.probability)),
+        ),
+        (
+            "winner_fails".to_owned(),
+            point.zip(best).and_then(|(p, best)| data.fails(p, best)).into(),
+        ),
     ];
-    cells.extend(why.then(|| withheld.into()));
-    cells.extend((0..identity.methods.len()).map(|m| objective(Some(m))));
-    cells
-}
-
-fn number(value: Option<f64>) -> JsonValue {
-    value.map_or(JsonValue::Null, JsonValue::from)
+    columns.extend(why.then(|| ("winner_probability_withheld".to_owned(), withheld.into())));
+    let methods = identity.methods.iter().enumerate();
+    columns.extend(methods.map(|(m, method)| (of(method), objective(Some(m)))));
+    columns
 }
 
 /// Returns the rows of the table of intersections on the page, each with its dot on the map.
@@ -177,23 +160,21 @@ pub(super) fn table(seen: Seen<'_>) -> String {
         other => other.to_string(),
     };
     let why = any_withheld(seen);
-    let row = |place: &MappedIntersection| cells(data, place, why).into_iter().map(text).collect();
-    csv::table(&header(data, why), shown.places.intersections.iter().map(row))
+    let of = |place| columns(data, place, why).into_iter().unzip::<_, _, Vec<_>, Vec<_>>();
+    let nowhere = MappedIntersection::default();
+    let header = of(&nowhere).0;
+    let row = |place| of(place).1.into_iter().map(text).collect();
+    csv::table(&header, shown.places.intersections.iter().map(row))
 }
 
 /// Returns `results.geojson`: a point per intersection with the columns of the table.
 pub(super) fn geojson(seen: Seen<'_>) -> String {
     let Seen { data, shown } = seen;
     let why = any_withheld(seen);
-    let names = header(data, why);
     let at = |name: &str| name == "latitude" || name == "longitude";
     let feature = |place: &MappedIntersection| {
-        let properties: JsonObject = names
-            .iter()
-            .cloned()
-            .zip(cells(data, place, why))
-            .filter(|(name, _)| !at(name))
-            .collect();
+        let properties: JsonObject =
+            columns(data, place, why).into_iter().filter(|(name, _)| !at(name)).collect();
         Feature {
             geometry: Some(GeometryValue::new_point([place.longitude, place.latitude]).into()),
             properties: Some(properties),

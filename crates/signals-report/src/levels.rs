@@ -1,6 +1,6 @@
 //! The share of the family at each level of service, by method.
 
-use super::level_of_service::{DELAY, LEVELS, range, shares};
+use super::level_of_service::{LEVELS, range, shares};
 use evaluation::analysis::{Analysis, MethodSummary};
 use evaluation::report::figures::{label, sentence, widest_name};
 use evaluation::report::svg::{Anchor, Axes, Canvas, TextStyle};
@@ -17,9 +17,6 @@ const LETTER_PX: f64 = 11.0;
 
 /// Draws the importance-weighted share of the levels of service of every method.
 pub(super) fn levels(data: &Analysis) -> Option<Figure> {
-    if data.manifest.identity.objective != DELAY {
-        return None;
-    }
     let methods: Vec<_> = data.methods.iter().filter(|m| m.points > 0).collect();
     let (left, right, top) = (widest_name(data) + 16.0, WIDTH - 24.0, 46.0);
     let bottom = top + ROW_PX * methods.len() as f64;

@@ -5,10 +5,10 @@ mod dot;
 mod legend;
 
 use super::intersections::basis;
-use super::level_of_service::LEVELS;
+use super::level_of_service::{LEVELS, range};
 use super::map_view::{MapFrame, MapView, scale_bar};
 use super::shown::Seen;
-use dot::{Dot, class_name, letter};
+use dot::Dot;
 use evaluation::report::svg::Canvas;
 use evaluation::report::{Figure, WIDTH, format};
 
@@ -61,7 +61,7 @@ pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
     let even = (WIDTH * view.height / dots.len() as f64).sqrt();
     let radius = (RADIUS * even).clamp(RADIUS_PX.0, RADIUS_PX.1);
     for dot in &dots {
-        let letter = dot.class.and_then(|class| letter(data, class));
+        let letter = dot.class.map(|class| LEVELS[class]);
         let number = dot.number;
         let attributes = format!("id=\"dot-{number}\" data-row=\"row-{number}\"");
         let look = (dot.class, dot.basis);
@@ -69,7 +69,7 @@ pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
             dot::draw(canvas, dot.at, radius, look, letter);
         });
     }
-    legend::draw_legend(&mut canvas, data, &dots);
+    legend::draw_legend(&mut canvas, &dots);
     let note = match shown.places.streets.is_empty() {
         true => "north is up",
         false => "north is up; streets \u{a9} OpenStreetMap contributors, ODbL 1.0",
@@ -78,7 +78,7 @@ pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
     let counts: Vec<String> = (0..LEVELS.len())
         .map(|c| (c, dots.iter().filter(|d| d.class == Some(c)).count()))
         .filter(|(_, n)| *n > 0)
-        .map(|(c, n)| format!("{}: {n}", class_name(data, c)))
+        .map(|(c, n)| format!("{}: {}: {n}", LEVELS[c], range(c)))
         .collect();
     let title =
         format!("Map of {} under {}", format::count(dots.len(), "intersection"), best.method);

@@ -11,9 +11,10 @@ use serde_json::Value as Json;
 
 use super::answers::today;
 use super::capacity::{Basis, Capacity};
+use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::letter;
 use super::shown::{Seen, finished};
-use basics::units::{FOOT_M, SECONDS_PER_HOUR};
+use basics::units::FOOT_M;
 use evaluation::analysis::Analysis;
 use evaluation::report::csv::{self, number};
 use evaluation::report::figures::shown as named;
@@ -38,13 +39,6 @@ const ROUND_MPH: f64 = 5.0;
 
 /// Share of unfinished vehicles from which on a movement is marked: more arrive than leave.
 const UNSERVED: f64 = 0.1;
-
-const HEADER: [&str; 20] = [
-    "point", "method", "replicate", "movement", "from_edge", "to_edge", "volume_vph", "delay_s",
-    "level_of_service", "stops_per_veh", "unfinished_share", "queue_50_veh", "queue_95_veh",
-    "lane_group", "green_share", "capacity_vph", "v_c", "hcm_delay_s", "storage_m",
-    "queue_storage_ratio",
-];
 
 /// Results by movement of a task.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,38 +69,43 @@ pub(crate) fn table(seen: Seen<'_>) -> String {
     let titles = shown.titles(data);
     let titled = csv::Titled(titles.as_deref());
     let hours = hours(data);
-    let rows = shown.movements.iter().flat_map(|task| {
+    let (mut header, mut rows) = (Vec::new(), Vec::new());
+    for task in &shown.movements {
         let identity = &data.manifest.identity;
         let capacities = basis(data).map(|basis| basis.capacities(&task.results));
-        task.results.iter().enumerate().map(move |(i, m)| {
+        for (i, m) in task.results.iter().enumerate() {
             let capacity = capacities.as_ref().and_then(|all| all[i]);
             let supply = m.supply.as_ref();
-            let cells = vec![
-                identity.points[task.point].point.clone(),
-                identity.methods[task.method].clone(),
-                task.replicate.to_string(),
-                m.movement.clone(),
-                m.from.clone(),
-                m.to.clone(),
-                number(Some(m.vehicles_veh / hours)),
-                number(m.delay_s),
-                level(m, capacity).map_or_else(String::new, |level| level.to_string()),
-                number(m.stops),
-                number(unfinished(m)),
-                number(Some(m.queue_50_veh)),
-                number(Some(m.queue_95_veh)),
-                supply.map_or_else(String::new, |s| s.group.clone()),
-                number(supply.map(|s| s.protected_share + s.permissive_share)),
-                number(capacity.and_then(|c| c.group_vph)),
-                number(capacity.map(|c| c.ratio).filter(|ratio| ratio.is_finite())),
-                number(capacity.and_then(|c| c.delay_s)),
-                number(m.storage_m),
-                number(queue_ratio(m)),
+            let level = level(m, capacity).map(|level| level.to_string());
+            let ratio = capacity.map(|c| c.ratio).filter(|ratio| ratio.is_finite());
+            let columns = [
+                ("point", identity.points[task.point].point.clone()),
+                ("method", identity.methods[task.method].clone()),
+                ("replicate", task.replicate.to_string()),
+                ("movement", m.movement.clone()),
+                ("from_edge", m.from.clone()),
+                ("to_edge", m.to.clone()),
+                ("volume_vph", number(Some(m.vehicles_veh / hours))),
+                ("delay_s", number(m.delay_s)),
+                ("level_of_service", level.unwrap_or_default()),
+                ("stops_per_veh", number(m.stops)),
+                ("unfinished_share", number(unfinished(m))),
+                ("queue_50_veh", number(Some(m.queue_50_veh))),
+                ("queue_95_veh", number(Some(m.queue_95_veh))),
+                ("lane_group", supply.map_or_else(String::new, |s| s.group.clone())),
+                ("green_share", number(supply.map(|s| s.protected_share + s.permissive_share))),
+                ("capacity_vph", number(capacity.and_then(|c| c.group_vph))),
+                ("v_c", number(ratio)),
+                ("hcm_delay_s", number(capacity.and_then(|c| c.delay_s))),
+                ("storage_m", number(m.storage_m)),
+                ("queue_storage_ratio", number(queue_ratio(m))),
             ];
-            titled.row(task.point, cells)
-        })
-    });
-    csv::table(&titled.header(HEADER.map(str::to_owned).to_vec()), rows)
+            let (names, cells): (Vec<&str>, Vec<String>) = columns.into_iter().unzip();
+            header = names.into_iter().map(str::to_owned).collect();
+            rows.push(titled.row(task.point, cells));
+        }
+    }
+    csv::table(&titled.header(header), rows.into_iter())
 }
 
 /// Returns the section on movements; undefined where no record has them.
@@ -133,9 +132,6 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
 }
 
 /// Returns the movements of an intersection under the best method, and under what is done today or else the baseline.
-///
-/// # Arguments
-///
 /// * `page` — where the page of the intersection is, if it has one.
 pub(crate) fn point(seen: Seen<'_>, point: usize, page: Option<&str>) -> Option<Value> {
     let Seen { data, shown } = seen;
@@ -247,10 +243,9 @@ fn queue_ratio(movement: &MovementResult) -> Option<f64> {
 /// Returns what capacities are computed with; `None` where the settings do not say it.
 fn basis(data: &Analysis) -> Option<Basis> {
     let settings = &data.manifest.identity.settings;
-    let saturation_vph = settings.get("fixed_time")?.get("saturation_flow_vph")?.as_f64()?;
-    let side = settings.get("network").and_then(|network| network.get("driving_side"));
-    let is_left = side.and_then(Json::as_str) == Some("left");
-    let side = if is_left { DrivingSide::Left } else { DrivingSide::Right };
+    let saturation_vph = settings.pointer("/fixed_time/saturation_flow_vph")?.as_f64()?;
+    let side = settings.pointer("/network/driving_side").and_then(Json::as_str);
+    let side = if side == Some("left") { DrivingSide::Left } else { DrivingSide::Right };
     Some(Basis { saturation_vph, hours: hours(data), side })
 }
 
@@ -260,8 +255,7 @@ fn unfinished(movement: &MovementResult) -> Option<f64> {
 
 /// Returns the hours of an episode.
 fn hours(data: &Analysis) -> f64 {
-    let horizon_s = data.manifest.identity.settings.get("demand").and_then(|d| d.get("horizon_s"));
-    horizon_s.and_then(serde_json::Value::as_f64).unwrap_or(SECONDS_PER_HOUR) / SECONDS_PER_HOUR
+    horizon_s(&data.manifest.identity).unwrap_or(HOUR_S) / HOUR_S
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 use minijinja::{Value, context};
 
 use super::demand::{HOUR_S, horizon_s};
-use super::level_of_service::{DELAY, letter};
+use super::level_of_service::letter;
 use super::shown::Seen;
 use evaluation::analysis::Analysis;
 use evaluation::report::csv;
@@ -70,7 +70,7 @@ fn per_year(data: &Analysis, period: &Period, achieved: &Achieved) -> Option<f64
 
 /// Whether there is anything to say of periods.
 pub(crate) fn are_known(seen: Seen<'_>) -> bool {
-    seen.data.manifest.identity.objective == DELAY && !periods(seen).is_empty()
+    !periods(seen).is_empty()
 }
 
 /// Returns the table.

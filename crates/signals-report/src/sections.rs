@@ -8,7 +8,7 @@ use super::answers;
 use super::corridors;
 use super::happened::happened;
 use super::intersections::{geojson, spots, table};
-use super::level_of_service::{DELAY, LEVELS, letter, range};
+use super::level_of_service::{LEVELS, letter, range};
 use super::levels::{level_shares, levels};
 use super::map;
 use super::measures::TrafficMeasures;
@@ -38,6 +38,13 @@ use signals::settings::failure;
 const INTERSECTIONS: &str = "intersections.csv";
 const GEOJSON: &str = "results.geojson";
 
+/// A section: its template, id and title, and its values where there are any.
+macro_rules! section {
+    ($template:literal, $id:literal, $title:literal, $values:expr) => {
+        ($id, $title, include_str!(concat!("templates/", $template, ".html")), $values)
+    };
+}
+
 /// What makes the text of a table.
 type TableText = fn(Seen<'_>) -> String;
 
@@ -49,10 +56,7 @@ pub struct TrafficSections {
 
 impl TrafficSections {
     /// Reads what a results directory has beside its records.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError`] when its file of places is damaged.
+    /// Fails with [`StoreError`] when its file of places is damaged.
     pub fn read(layout: &Layout, results: &Results) -> Result<Self, StoreError> {
         Ok(Self { shown: Shown::read(layout, results)? })
     }
@@ -88,21 +92,15 @@ impl Sections for TrafficSections {
     }
 
     fn words(&self, objective: &str) -> Words {
-        let words = Words {
+        Words {
             instance: "intersection".to_owned(),
             met: "vehicles".to_owned(),
             nothing: ", as on a road without vehicles; give it demand".to_owned(),
+            nouns: "delays".to_owned(),
+            amount: "delay per vehicle".to_owned(),
+            unit_in_full: "s per vehicle".to_owned(),
+            sizes: ["short", "long", "longest"].map(str::to_owned),
             ..Words::of_metric(objective)
-        };
-        match objective {
-            DELAY => Words {
-                nouns: "delays".to_owned(),
-                amount: "delay per vehicle".to_owned(),
-                unit_in_full: "s per vehicle".to_owned(),
-                sizes: ["short", "long", "longest"].map(str::to_owned),
-                ..words
-            },
-            _ => words,
         }
     }
 
@@ -181,9 +179,8 @@ impl Sections for TrafficSections {
         &["level_of_service"]
     }
 
-    fn score_cells(&self, data: &Analysis, _: &TaskScore, objective: Option<f64>) -> Vec<String> {
-        let level = objective.filter(|_| is_delay(data)).map(letter);
-        vec![level.map_or_else(String::new, |level| level.to_string())]
+    fn score_cells(&self, _: &Analysis, _: &TaskScore, objective: Option<f64>) -> Vec<String> {
+        vec![objective.map_or_else(String::new, |delay_s| letter(delay_s).to_string())]
     }
 
     fn summary_columns(&self, data: &Analysis) -> Vec<(&'static str, String)> {
@@ -208,13 +205,12 @@ impl Sections for TrafficSections {
         }
     }
 
-    fn point_columns(&self, data: &Analysis) -> Vec<&'static str> {
-        if is_delay(data) { vec!["Level"] } else { Vec::new() }
+    fn point_columns(&self, _: &Analysis) -> Vec<&'static str> {
+        vec!["Level"]
     }
 
-    fn point_cells(&self, data: &Analysis, result: &PointResult) -> Vec<String> {
-        let level = is_delay(data).then(|| letter(result.objective).to_string());
-        level.into_iter().collect()
+    fn point_cells(&self, _: &Analysis, result: &PointResult) -> Vec<String> {
+        vec![letter(result.objective).to_string()]
     }
 
     fn figures(&self, data: &Analysis) -> Vec<Figure> {
@@ -225,59 +221,42 @@ impl Sections for TrafficSections {
 
     fn parts(&self, data: &Analysis, figures: &[Figure]) -> Result<Vec<Part>, ReportError> {
         let figure = |name: &str| figures.iter().find(|f| f.name == name).map(|f| f.svg.as_str());
-        let part = |slot, id, title, template: &str, values: Value| {
-            let html = render("part.html", template, values).map_err(ReportError::Template)?;
-            Ok::<_, ReportError>(Part { slot, id, title, html })
-        };
         let level_heads: Vec<Value> = (LEVELS.iter().enumerate())
             .map(|(l, letter)| context! { letter => letter.to_string(), range => range(l) })
             .collect();
-        let mut parts = Vec::new();
-        if let Some(levels) = figure("level-of-service") {
-            let template = include_str!("templates/service.html");
-            let values = context! { levels, level_heads => level_heads.clone(), methods => level_rows(data) };
-            parts.push(part(Slot::Body, "service", "Level of service", template, values)?);
-        }
-        if let (Some(map), Some(best)) = (figure("map"), data.best()) {
-            let values = context! {
+        let seen = self.seen(data);
+        let service = figure("level-of-service").map(|levels| {
+            context! { levels, level_heads => level_heads.clone(), methods => level_rows(data) }
+        });
+        let map = figure("map").zip(data.best()).map(|(map, best)| {
+            context! {
                 map,
-                is_delay => is_delay(data),
                 best => best.method.as_str(),
                 chosen => data.points.len(),
                 family_size => data.manifest.identity.sample.family_size,
                 sampling => data.sampling(),
-                has_pages => !super::pages::links(self.seen(data)).is_empty(),
-            };
-            let template = include_str!("templates/map.html");
-            parts.push(part(Slot::Body, "places", "Map", template, values)?);
-        }
-        if let Some(values) = periods::values(self.seen(data)) {
-            let template = include_str!("templates/periods.html");
-            parts.push(part(Slot::Body, "periods", "Periods of the day", template, values)?);
-        }
-        if let Some(values) = movements::values(self.seen(data)) {
-            let template = include_str!("templates/movements.html");
-            parts.push(part(Slot::Body, "movements", "Movements", template, values)?);
-        }
-        if let Some(values) = corridors::values(self.seen(data), figure("time-space")) {
-            let (template, title) =
-                (include_str!("templates/corridors.html"), "Streets of several signals");
-            parts.push(part(Slot::Body, "corridors", title, template, values)?);
-        }
-        if let Some(plans) = plan_values(self.seen(data)) {
-            let values = context! { plans, chosen => data.points.len() };
-            let template = include_str!("templates/plans.html");
-            parts.push(part(Slot::Body, "plans", "Signal plans", template, values)?);
-        }
-        if let Some(values) = plans::cabinet::values(self.seen(data)) {
-            let template = include_str!("templates/cabinet.html");
-            parts.push(part(Slot::Body, "cabinet", "For the cabinet", template, values)?);
-        }
-        if is_delay(data) {
-            let template = include_str!("templates/level_note.html");
-            parts.push(part(Slot::Notes, "level-note", "", template, context! { level_heads })?);
-        }
-        Ok(parts)
+                has_pages => !super::pages::links(seen).is_empty(),
+            }
+        });
+        let plans = plan_values(seen).map(|plans| context! { plans, chosen => data.points.len() });
+        let streets = corridors::values(seen, figure("time-space"));
+        let note = Some(context! { level_heads });
+        let all = [
+            section!("service", "service", "Level of service", service),
+            section!("map", "places", "Map", map),
+            section!("periods", "periods", "Periods of the day", periods::values(seen)),
+            section!("movements", "movements", "Movements", movements::values(seen)),
+            section!("corridors", "corridors", "Streets of several signals", streets),
+            section!("plans", "plans", "Signal plans", plans),
+            section!("cabinet", "cabinet", "For the cabinet", plans::cabinet::values(seen)),
+            section!("level_note", "level-note", "", note),
+        ];
+        let known = all.into_iter().filter_map(|(id, title, template, values)| {
+            let slot = if id == "level-note" { Slot::Notes } else { Slot::Body };
+            let html = render("part.html", template, values?).map_err(ReportError::Template);
+            Some(html.map(|html| Part { slot, id, title, html }))
+        });
+        known.collect()
     }
 
     fn tables(&self, data: &Analysis) -> Vec<&'static str> {
@@ -298,10 +277,6 @@ impl Sections for TrafficSections {
         }
         Ok(written)
     }
-}
-
-fn is_delay(data: &Analysis) -> bool {
-    data.manifest.identity.objective == DELAY
 }
 
 /// Returns the methods with the share of the family at each level.

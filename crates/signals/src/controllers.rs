@@ -36,15 +36,10 @@ macro_rules! make {
 methods!(make);
 
 /// Returns a controller by name, not yet trained.
-///
-/// # Arguments
-///
 /// * `imported` — whether the network is an imported one.
 /// * `seed` — of everything random in it.
 ///
-/// # Errors
-///
-/// [`RunError::Method`] for a name that no method has.
+/// Fails with [`RunError::Method`] for a name that no method has.
 pub fn create(
     name: &str,
     scenario: &Scenario,

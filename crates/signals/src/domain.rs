@@ -218,17 +218,15 @@ impl Domain for Traffic {
     /// SUMO takes a colon in the name of an output for a port to connect to, a comma in the name of an input for the end of
     /// it, and other bytes than UTF-8 for other characters.
     fn check_path(&self, path: &Path) -> Result<(), String> {
-        let shown = path.display();
-        let wrong = match path.to_str() {
-            None => "bytes that are no UTF-8",
-            Some(text) if text.contains(':') => "a colon",
-            Some(text) if text.contains(',') => "a comma",
-            Some(text) if text.chars().any(char::is_control) => "a control character",
-            Some(_) => return Ok(()),
-        };
-        Err(format!(
-            "{shown}: it has {wrong}, which SUMO takes for something else in a path; give another folder"
-        ))
+        let is_plain = |c: char| c != ':' && c != ',' && !c.is_control();
+        match path.to_str().is_some_and(|text| text.chars().all(is_plain)) {
+            true => Ok(()),
+            false => Err(format!(
+                "{}: SUMO takes a colon, a comma, a control character and bytes that are no UTF-8 for something else in a \
+                 path; give another folder",
+                path.display()
+            )),
+        }
     }
 
     fn spoilt(&self, point: &PointRow, prepared: &Path) -> Vec<Spoilt> {
@@ -290,10 +288,7 @@ impl Domain for Traffic {
 }
 
 /// Returns the scenario of a manifest's settings.
-///
-/// # Errors
-///
-/// What is wrong with them.
+/// The error is what is wrong with them.
 pub fn scenario_of(settings: &Value) -> Result<Scenario, String> {
     serde_json::from_value(settings.clone()).map_err(|e| format!("manifest.json: settings: {e}"))
 }

@@ -43,10 +43,7 @@ pub fn environment<S: Sim>(
 }
 
 /// Returns the world of a generated network.
-///
-/// # Errors
-///
-/// [`TrafficError`] when a file is missing or cannot be understood, or would have SUMO read or write any other.
+/// Fails with [`TrafficError`] when a file is missing or cannot be understood, or would have SUMO read or write any other.
 pub fn generated_world(files: &NetworkFiles) -> Result<World, TrafficError> {
     // Networks may come from a stranger, with an index or a manifest that has their hashes.
     let intake = Intake::read(&files.sumocfg, &Given::default())?;
@@ -90,10 +87,7 @@ pub fn folder_of(point: &PointRow, networks: &Path) -> PathBuf {
 }
 
 /// Returns what the command line of a run said of a point MDP's scenario.
-///
-/// # Errors
-///
-/// [`SimError::Config`] when a manifest has something else.
+/// Fails with [`SimError::Config`] when a manifest has something else.
 pub fn given(point: &PointRow) -> Result<Given, SimError> {
     let fields: serde_json::Map<String, serde_json::Value> =
         point.given.clone().into_iter().collect();
@@ -105,10 +99,7 @@ pub fn given(point: &PointRow) -> Result<Given, SimError> {
 
 /// Returns the plan of a generated point MDP that a method runs, as its manifest keeps it: `existing`, or one of
 /// `--plan-file`.
-///
-/// # Errors
-///
-/// What the manifest says instead.
+/// The error is what the manifest says instead.
 pub fn existing_plan(point: &PointRow, method: &str) -> Result<Option<ExistingPlan>, String> {
     let plan = point.given.get(method).filter(|_| point.environment == GENERATED);
     let plan: Option<ExistingPlan> = plan
@@ -122,15 +113,10 @@ pub fn existing_plan(point: &PointRow, method: &str) -> Result<Option<ExistingPl
 
 /// Returns the world of a planned point MDP after checking that its files are those of the plan, and holds
 /// on to them.
-///
-/// # Arguments
-///
 /// * `day_plan` — whether programs change by the clock as they do in the scenario.
 /// * `method` — whose plan is taken, where it has one.
 ///
-/// # Errors
-///
-/// [`TrafficError::Altered`] when they are not, and whatever makes them unreadable.
+/// Fails with [`TrafficError::Altered`] when they are not, and whatever makes them unreadable.
 pub fn planned_world(
     point: &PointRow,
     networks: &Path,
@@ -165,10 +151,7 @@ pub fn planned_world(
 }
 
 /// Returns the demand of a planned point MDP after checking that its file is that of the plan.
-///
-/// # Errors
-///
-/// [`TrafficError::Altered`] when it is not, and whatever makes it unreadable.
+/// Fails with [`TrafficError::Altered`] when it is not, and whatever makes it unreadable.
 pub fn planned_demand(point: &PointRow, networks: &Path) -> Result<DemandSpec, TrafficError> {
     let files = NetworkFiles::new(networks, &point.point, point.sha256.clone());
     let name = files.demand.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -179,10 +162,7 @@ pub fn planned_demand(point: &PointRow, networks: &Path) -> Result<DemandSpec, T
 
 /// Returns the sha256 of a SUMO configuration and of every file that SUMO reads with it, by its name as seen from the
 /// folder of the configuration.
-///
-/// # Errors
-///
-/// [`TrafficError`] when one cannot be read.
+/// Fails with [`TrafficError`] when one cannot be read.
 pub fn hash_scenario(intake: &Intake) -> Result<BTreeMap<String, String>, TrafficError> {
     let name = intake.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let own = (name.as_str(), intake.path.as_path());
@@ -209,14 +189,9 @@ impl InputFiles {
     }
 
     /// Compares a file with the plan, and holds on to it.
-    ///
-    /// # Arguments
-    ///
     /// * `sha256` — as planned; `None` where the plan does not have the file.
     ///
-    /// # Errors
-    ///
-    /// [`TrafficError::Altered`] when it is not the planned one.
+    /// Fails with [`TrafficError::Altered`] when it is not the planned one.
     pub fn add(&mut self, path: &Path, sha256: Option<&String>) -> Result<(), TrafficError> {
         match sha256.map(String::as_str) == Some(self.hold(path)?) {
             true => Ok(()),
@@ -225,10 +200,7 @@ impl InputFiles {
     }
 
     /// Holds on to a file as it is, which somebody else has compared with the plan, and returns its sha256.
-    ///
-    /// # Errors
-    ///
-    /// [`TrafficError::Altered`] when there is none.
+    /// Fails with [`TrafficError::Altered`] when there is none.
     pub fn hold(&mut self, path: &Path) -> Result<&str, TrafficError> {
         // Before it is read: what is written in between shows in the next stamp.
         let stamp = stamp(path)?.ok_or_else(|| altered(path, "was deleted"))?;
@@ -237,10 +209,7 @@ impl InputFiles {
     }
 
     /// Checks that no file was written, exchanged or deleted since it was added.
-    ///
-    /// # Errors
-    ///
-    /// [`TrafficError::Altered`] when one is not the planned one any more, [`TrafficError::Disturbed`] when it
+    /// Fails with [`TrafficError::Altered`] when one is not the planned one any more, [`TrafficError::Disturbed`] when it
     /// is, but was written meanwhile.
     pub fn verify(&self) -> Result<(), TrafficError> {
         for (path, sha256, before) in &self.files {

@@ -24,9 +24,6 @@ impl Need {
 
 /// Returns the shortest greens of a cycle, seconds: together with the changes within a row of greens that serve
 /// a need, they last as long as it takes. What a row lacks is added to its longest green, the first of equals.
-///
-/// # Arguments
-///
 /// * `cycle` — greens, as numbers in [`Need::served`].
 /// * `change_s` — yellow and all-red from one green to another, seconds.
 pub fn least_greens_s(

@@ -41,9 +41,6 @@ pub struct NetworkFiles {
 
 impl NetworkFiles {
     /// Returns where files with these hashes lie, whether or not they are there.
-    ///
-    /// # Arguments
-    ///
     /// * `networks` — the folder of networks.
     /// * `sha256` — by file name, as manifests have it.
     pub fn new(networks: &Path, point: &str, sha256: BTreeMap<String, String>) -> Self {

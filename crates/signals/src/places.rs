@@ -143,20 +143,14 @@ impl Places {
     }
 
     /// Reads the places of a results directory; `None` when there are none.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError`] when it cannot be read or is no such file.
+    /// Fails with [`StoreError`] when it cannot be read or is no such file.
     pub fn read(layout: &Layout) -> Result<Option<Self>, StoreError> {
         let Some(bytes) = layout.document(FILE)? else { return Ok(None) };
         Self::parse(&bytes, &layout.root().join(FILE)).map(Some)
     }
 
     /// Returns the places that bytes are; the path is for messages.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::Damaged`] when they are damaged.
+    /// Fails with [`StoreError::Damaged`] when they are damaged.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, StoreError> {
         let malformed = |reason: String| StoreError::damaged(path, reason, Remedy::Renew);
         let mut kept: serde_json::Value =
@@ -204,15 +198,10 @@ fn rows(name: &str, rows: &[impl Serialize]) -> String {
 const ELSEWHERE_DEG: f64 = 1e-3;
 
 /// Writes where the intersections of a run's family are, unless none is known.
-///
-/// # Arguments
-///
 /// * `stands` — per point MDP the one that stands for it, if any.
 /// * `folder` — that of a city, which has names and streets beside the scenario.
 ///
-/// # Errors
-///
-/// What cannot be read or written.
+/// The error is what cannot be read or written.
 pub(super) fn write(
     layout: &Layout,
     loaded: &LoadedScenario,

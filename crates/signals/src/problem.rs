@@ -48,16 +48,11 @@ pub struct SignalProblem {
 
 impl SignalProblem {
     /// Returns the problem of a scenario.
-    ///
-    /// # Arguments
-    ///
     /// * `sumocfgs` — SUMO configurations that make up the family instead.
     /// * `given` — what counts in place of what these say.
     /// * `plans` — further plans of signals, by method.
     ///
-    /// # Errors
-    ///
-    /// [`TrafficError`] when one of them is none, or two have one name. What else is in their way, [`Self::examine`]
+    /// Fails with [`TrafficError`] when one of them is none, or two have one name. What else is in their way, [`Self::examine`]
     /// says.
     pub fn new(
         loaded: LoadedScenario,
@@ -90,10 +85,7 @@ impl SignalProblem {
 
     /// Looks at the SUMO scenarios, once: loads each and derives its signals, and returns what is to be said of them. Of a
     /// family whose networks are generated there is nothing to say.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError::Obstacles`] with all that is in the way of all of them, and what keeps SUMO from being used.
+    /// Fails with [`SimError::Obstacles`] with all that is in the way of all of them, and what keeps SUMO from being used.
     pub fn examine(&self) -> Result<&[String], SimError> {
         if let Some(warnings) = self.warnings.get() {
             return Ok(warnings);
@@ -211,14 +203,9 @@ impl Problem for SignalProblem {
 
 /// Builds the networks of some point MDPs where they are missing, checks them all, and returns their files
 /// by point MDP.
-///
-/// # Arguments
-///
 /// * `done` — called with the id of each point MDP that was built.
 ///
-/// # Errors
-///
-/// [`NetworkError`] when a network cannot be built or was altered.
+/// Fails with [`NetworkError`] when a network cannot be built or was altered.
 pub fn networks(
     loaded: &LoadedScenario,
     points: &BTreeSet<&str>,
@@ -231,10 +218,7 @@ pub fn networks(
 }
 
 /// Builds the networks of intersections with a scenario's settings.
-///
-/// # Errors
-///
-/// [`NetworkError`] as of [`build_all`].
+/// Fails with [`NetworkError`] as of [`build_all`].
 pub fn build(
     loaded: &LoadedScenario,
     specs: &[IntersectionSpec],
@@ -312,11 +296,8 @@ pub fn of_point(loaded: &LoadedScenario, index: usize) -> String {
 }
 
 /// Returns the hash of an imported scenario.
-///
-/// # Errors
-///
-/// [`TrafficError`] when a file that is read with it cannot be read.
-pub fn of_imported(intake: &Intake) -> Result<String, TrafficError> {
+/// Fails with [`TrafficError`] when a file that is read with it cannot be read.
+fn of_imported(intake: &Intake) -> Result<String, TrafficError> {
     let files: Result<Vec<String>, _> =
         intake.sources.named().map(|(_, file)| sha256_file(file)).collect();
     Ok(hash(&json!([intake.begin_s, intake.end_s, files?])))

@@ -63,10 +63,7 @@ impl Loaded {
 }
 
 /// Looks at a scenario: returns what else is in its way than what was found in its files, and what is to be said of it.
-///
-/// # Errors
-///
-/// [`SimError`] when SUMO cannot be used.
+/// Fails with [`SimError`] when SUMO cannot be used.
 pub fn examine(
     intake: &Intake,
     settings: &SignalSettings,
@@ -83,10 +80,7 @@ pub fn examine(
 
 /// Loads a scenario, in whose files nothing is in the way that no option passes, and derives its signals; returns what
 /// is in the way of that.
-///
-/// # Errors
-///
-/// [`SimError`] when SUMO cannot be used.
+/// Fails with [`SimError`] when SUMO cannot be used.
 #[cfg(feature = "libsumo")]
 pub fn load(
     intake: &Intake,
@@ -182,30 +176,21 @@ fn not_loaded(intake: &Intake, message: &str, errors: &str) -> Obstacle {
 }
 
 /// Loads a SUMO scenario, which this build cannot.
-///
-/// # Errors
-///
-/// [`SimError::Unavailable`].
+/// Fails with [`SimError::Unavailable`].
 #[cfg(not(feature = "libsumo"))]
 pub fn load(_: &Intake, _: &SignalSettings) -> Result<Result<Loaded, Vec<Obstacle>>, SimError> {
     Err(SimError::Unavailable("built without the feature `libsumo`".into()))
 }
 
 /// Returns the simulator's version.
-///
-/// # Errors
-///
-/// [`SimError::Unavailable`] when it is missing.
+/// Fails with [`SimError::Unavailable`] when it is missing.
 #[cfg(feature = "libsumo")]
 pub fn version() -> Result<String, SimError> {
     super::sim::libsumo::SumoSim::new()?.version()
 }
 
 /// Returns the simulator's version, which this build cannot have.
-///
-/// # Errors
-///
-/// [`SimError::Unavailable`].
+/// Fails with [`SimError::Unavailable`].
 #[cfg(not(feature = "libsumo"))]
 pub fn version() -> Result<String, SimError> {
     Err(SimError::Unavailable("built without the feature `libsumo`".into()))

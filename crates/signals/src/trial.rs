@@ -249,10 +249,7 @@ fn resco(rows: &[Row]) -> Metrics {
 }
 
 /// Returns the metrics of the episode of a seed by name.
-///
-/// # Errors
-///
-/// [`SimError::NoVehicles`]: without vehicles there is nothing to judge, and a delay of 0 would be the
+/// Fails with [`SimError::NoVehicles`]: without vehicles there is nothing to judge, and a delay of 0 would be the
 /// best one.
 pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
     let trips = &metrics.trips;
@@ -281,9 +278,6 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
 }
 
 /// Returns a program as records keep it.
-///
-/// # Arguments
-///
 /// * `timing` — what says how long pedestrians take; none where the signal is not known.
 fn kept(timing: Option<&Timing>, running: Running) -> SignalProgram {
     let (kind, max_gap_s) = (running.program.kind, running.program.max_gap_s);
@@ -432,13 +426,5 @@ mod tests {
             TrialError::Machine(_)
         ));
         assert!(matches!(episode(SimError::NotRunning), TrialError::Failed(_)));
-    }
-
-    #[test]
-    fn a_training_that_diverges_says_when_and_what_to_do() {
-        let e = TrialError::from(ControlError::Diverged { episode: 4, what: "the loss" });
-        let expected = "training diverged in episode 4: the loss is no number any more; try a \
-                        smaller learning rate";
-        assert!(matches!(&e, TrialError::Diverged(text) if text == expected), "{e}");
     }
 }

@@ -1,10 +1,10 @@
 //! An intersection on the map: where, in which colour, with which letter.
 
 use crate::intersections::{Basis, basis};
-use crate::level_of_service::{DELAY, LEVELS, level, range};
+use crate::level_of_service::{letter, level};
 use crate::map_view::MapView;
 use crate::shown::{Seen, streets};
-use evaluation::analysis::{Analysis, MethodSummary};
+use evaluation::analysis::MethodSummary;
 use evaluation::report::svg::{Anchor, Canvas, INK, TextStyle};
 use evaluation::report::{format, palette};
 use signals::places::MappedIntersection;
@@ -17,9 +17,6 @@ const SMALLER: f64 = 0.82;
 
 /// Height of a letter relative to the radius of its dot.
 const LETTER: f64 = 1.4;
-
-/// Limits of the colours when the objective is no delay: scores.
-const SCORE_LIMITS: [f64; 5] = [0.4, 0.6, 0.8, 1.0, 1.5];
 
 /// An intersection on the map.
 pub(super) struct Dot {
@@ -62,9 +59,9 @@ impl Dot {
         };
         let tip = match result {
             Some(r) => format!(
-                "{name}: {objective} {}{}, score {}{of}",
+                "{name}: {objective} {} (level {}), score {}{of}",
                 format::amount(r.objective),
-                class_letter(data, r.objective),
+                letter(r.objective),
                 r.score.map_or_else(|| "-".to_owned(), format::score)
             ),
             None => format!("{name}: no result"),
@@ -72,17 +69,10 @@ impl Dot {
         Self {
             number,
             at: view.place(place.latitude, place.longitude),
-            class: result.and_then(|r| classify(data, r.objective, r.score)),
+            class: result.map(|r| level(r.objective)),
             basis,
             tip,
         }
-    }
-}
-
-fn class_letter(data: &Analysis, objective: f64) -> String {
-    match data.manifest.identity.objective == DELAY {
-        true => format!(" (level {})", LEVELS[level(objective)]),
-        false => String::new(),
     }
 }
 
@@ -109,29 +99,5 @@ pub(super) fn draw(
         let size = (LETTER * radius).round();
         let style = TextStyle::new(Anchor::Middle).bold().color(ink).sized(size as u32);
         canvas.text(at.0, at.1 + 0.36 * size, &letter.to_string(), style);
-    }
-}
-
-fn classify(data: &Analysis, objective: f64, score: Option<f64>) -> Option<usize> {
-    match data.manifest.identity.objective == DELAY {
-        true => Some(level(objective)),
-        false => score.map(|s| SCORE_LIMITS.iter().filter(|l| s > **l).count()),
-    }
-}
-
-/// Returns the letter of a class, if classes have one.
-pub(super) fn letter(data: &Analysis, class: usize) -> Option<char> {
-    (data.manifest.identity.objective == DELAY).then(|| LEVELS[class])
-}
-
-/// Returns what a class is called.
-pub(super) fn class_name(data: &Analysis, class: usize) -> String {
-    if data.manifest.identity.objective == DELAY {
-        return format!("{}: {}", LEVELS[class], range(class));
-    }
-    match class {
-        0 => format!("score to {}", SCORE_LIMITS[0]),
-        c if c < SCORE_LIMITS.len() => format!("to {}", SCORE_LIMITS[c]),
-        _ => format!("over {}", SCORE_LIMITS[SCORE_LIMITS.len() - 1]),
     }
 }

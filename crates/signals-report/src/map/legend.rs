@@ -1,9 +1,8 @@
 //! The legend of the map: what colours, letters and rings mean.
 
-use super::dot::{Dot, class_name, draw, letter};
+use super::dot::{Dot, draw};
 use crate::intersections::Basis;
-use crate::level_of_service::{DELAY, range};
-use evaluation::analysis::Analysis;
+use crate::level_of_service::{LEVELS, range};
 use evaluation::report::svg::{Anchor, Canvas, TextStyle, text_width};
 use evaluation::report::{WIDTH, palette};
 
@@ -14,19 +13,15 @@ const RADIUS_PX: f64 = 7.0;
 const LEFT_PX: f64 = 12.0;
 
 /// Draws the classes in a first row, and in a second one what else is on the map.
-pub(super) fn draw_legend(canvas: &mut Canvas, data: &Analysis, dots: &[Dot]) {
+pub(super) fn draw_legend(canvas: &mut Canvas, dots: &[Dot]) {
     let style = TextStyle::new(Anchor::Start);
     let classes = palette::ORDERED.len();
     let slot = (WIDTH - 2.0 * LEFT_PX) / classes as f64;
     for class in 0..classes {
         let x = LEFT_PX + slot * class as f64;
         let at = (x + RADIUS_PX, 16.0);
-        draw(canvas, at, RADIUS_PX, (Some(class), Basis::PointMdp), letter(data, class));
-        let name = match data.manifest.identity.objective == DELAY {
-            true => range(class),
-            false => class_name(data, class),
-        };
-        canvas.text(x + 19.0, 20.5, &name, style);
+        draw(canvas, at, RADIUS_PX, (Some(class), Basis::PointMdp), Some(LEVELS[class]));
+        canvas.text(x + 19.0, 20.5, &range(class), style);
     }
     let has = |basis: Basis, result: bool| {
         dots.iter().any(|d| d.basis == basis && d.class.is_some() == result)

@@ -181,14 +181,6 @@ mod tests {
     }
 
     #[test]
-    fn a_bay_opens_beside_its_neighbour() {
-        let pieces = street([4, 1, 1], [Some(60.0), Some(60.0)]);
-        assert_eq!(shape(&pieces), [("in0", 4, 0, 60.0), ("up0", 2, 1, 140.0)]);
-        assert_eq!((pieces[1].from.as_str(), pieces[1].to.as_str()), ("n0", "b0"));
-        assert_eq!(ways(&pieces[1], &pieces[0]), [(0, 0), (0, 1), (1, 2), (1, 3)]);
-    }
-
-    #[test]
     fn bays_of_two_lengths_make_three_pieces() {
         let pieces = street([5, 2, 1], [Some(80.0), Some(30.0)]);
         let expected = [("in0", 5, 0, 30.0), ("up0", 4, 1, 50.0), ("far0", 2, 1, 120.0)];

@@ -11,6 +11,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
+use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::sync::Mutex;
 
@@ -19,7 +20,6 @@ use serde::{Deserialize, Serialize};
 
 use super::demand::DemandSpec;
 use super::intersection::IntersectionSpec;
-use super::link::link;
 use super::netconvert::Netconvert;
 use super::plain::DEFAULT_PROGRAM;
 use super::retime::buttons;
@@ -72,14 +72,9 @@ pub struct BuildOptions {
 }
 
 /// Builds the networks of intersections into a folder.
-///
-/// # Arguments
-///
 /// * `progress` — called with the id of each point MDP that was built.
 ///
-/// # Errors
-///
-/// [`NetworkError::Altered`] without [`BuildOptions::force`] if a file is not as it was built, otherwise what
+/// Fails with [`NetworkError::Altered`] without [`BuildOptions::force`] if a file is not as it was built, otherwise what
 /// building or checking the first failing network reports. Networks built until then are kept.
 pub fn build_all(
     specs: &[IntersectionSpec],
@@ -142,16 +137,28 @@ pub fn build_all(
     done?;
     summary.files = files.into_inner().expect("no thread panics with the files");
     show(out, &summary.files)?;
-    summary.netconvert = Some(netconvert.version().to_owned());
+    summary.netconvert = Some(netconvert.version.clone());
     summary.failed = failed.into_inner().expect("no thread panics with the list");
     summary.failed.sort();
     summary.built -= summary.failed.len();
     Ok(summary)
 }
 
-/// Lets the links that are called like point MDPs lead to their networks.
-fn show(out: &Path, files: &BTreeMap<String, NetworkFiles>) -> Result<(), NetworkError> {
-    Ok(files.iter().try_for_each(|(point, files)| link(out, point, &files.folder))?)
+/// Lets links that are called like point MDPs lead people to their networks; nothing that is simulated goes by them.
+fn show(out: &Path, files: &BTreeMap<String, NetworkFiles>) -> Result<(), FileError> {
+    for (point, NetworkFiles { folder, .. }) in files {
+        let link = out.join(point);
+        let target = Path::new(BY_HASH).join(folder.file_name().expect("a hash is a name"));
+        if fs::read_link(&link).is_ok_and(|now| now == target) {
+            continue;
+        }
+        let temporary = tempfile::Builder::new().prefix(TEMPORARY).tempdir_in(out);
+        let temporary = temporary.map_err(FileError::at("create a folder in", out))?;
+        let draft = temporary.path().join(point);
+        let linked = symlink(&target, &draft).and_then(|()| fs::rename(&draft, &link));
+        linked.map_err(FileError::at("write the link", &link))?;
+    }
+    Ok(())
 }
 
 /// Returns whether an error is about one intersection, so that others can still be built.
@@ -206,7 +213,7 @@ fn build_one(
     }
     let built = Built {
         point: point.clone(),
-        netconvert: netconvert.version().to_owned(),
+        netconvert: netconvert.version.clone(),
         arms: spec.arms.len(),
         links: built.layout.connections.len(),
         phases: built.phases.len(),
@@ -316,10 +323,7 @@ pub struct Built {
 
 impl Built {
     /// Returns the networks of a folder, without those whose `network.json` is damaged: they are built again.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] if the folder cannot be read.
+    /// Fails with [`FileError`] if the folder cannot be read.
     pub fn all(networks: &Path) -> Result<Vec<Self>, FileError> {
         let folder = networks.join(BY_HASH);
         let entries = match std::fs::read_dir(&folder) {
@@ -338,10 +342,7 @@ impl Built {
     }
 
     /// Returns its files after comparing each with its hash.
-    ///
-    /// # Errors
-    ///
-    /// [`NetworkError::Altered`] for the first file that was deleted or altered.
+    /// Fails with [`NetworkError::Altered`] for the first file that was deleted or altered.
     pub fn verify(&self, networks: &Path) -> Result<NetworkFiles, NetworkError> {
         let network = NetworkFiles::new(networks, &self.point, self.sha256.clone());
         for (name, expected) in &network.sha256 {
@@ -364,10 +365,7 @@ impl Built {
 }
 
 /// Returns the point MDPs with one green, by id, with the reason in words.
-///
-/// # Errors
-///
-/// If a network cannot be read.
+/// Fails if a network cannot be read.
 pub fn one_green(
     networks: &BTreeMap<String, NetworkFiles>,
 ) -> Result<Vec<(String, String)>, FileError> {
@@ -445,13 +443,6 @@ mod tests {
     }
 
     #[test]
-    fn a_configuration_names_files_beside_itself() {
-        let text = configuration("p", 3600.0);
-        assert!(text.contains("<net-file value=\"p.net.xml\"/>"), "{text}");
-        assert!(text.contains("<end value=\"3600\"/>"), "{text}");
-    }
-
-    #[test]
     fn a_network_is_listed_unless_what_says_so_is_damaged() {
         let folder = tempfile::tempdir().unwrap();
         let built = Built {
@@ -475,5 +466,21 @@ mod tests {
         assert_eq!(Built::all(folder.path()).unwrap(), []);
         fs::write(&path, "{").unwrap();
         assert_eq!(Built::all(folder.path()).unwrap(), []);
+    }
+
+    #[test]
+    fn a_link_follows_the_network_that_was_asked_for_last() {
+        let networks = tempfile::tempdir().unwrap();
+        for hash in ["aa", "bb", "bb"] {
+            let folder = networks.path().join(BY_HASH).join(hash);
+            fs::create_dir_all(&folder).unwrap();
+            let hashes = BTreeMap::new();
+            let mut files = NetworkFiles::new(networks.path(), "p", hashes);
+            files.folder = folder.clone();
+            show(networks.path(), &BTreeMap::from([("p".to_owned(), files)])).unwrap();
+            let target = fs::canonicalize(networks.path().join("p")).unwrap();
+            assert_eq!(target, fs::canonicalize(&folder).unwrap());
+        }
+        assert_eq!(fs::read_dir(networks.path()).unwrap().count(), 2);
     }
 }

@@ -12,7 +12,6 @@ pub mod error;
 pub mod intersection;
 pub mod lanes;
 pub mod left_turns;
-mod link;
 pub mod movements;
 pub mod netconvert;
 pub mod phases;

@@ -17,10 +17,7 @@ use crate::junction::Movement;
 use crate::network::error::NetworkError;
 
 /// Returns all movements, by arm and within an arm from the leftmost to the rightmost.
-///
-/// # Errors
-///
-/// [`NetworkError::Intersection`] if the arms are too few, too many or not sorted by bearing, or
+/// Fails with [`NetworkError::Intersection`] if the arms are too few, too many or not sorted by bearing, or
 /// if an incoming arm has no exit.
 pub fn movements(spec: &IntersectionSpec) -> Result<Vec<Movement>, NetworkError> {
     let fail =
@@ -110,7 +107,7 @@ pub(crate) mod shapes {
 mod tests {
     use osm_signals::Turns;
 
-    use super::shapes::{cross, spec, star, tee, wye};
+    use super::shapes::{cross, star, tee, wye};
     use super::*;
 
     /// Turns of one arm as letters with the arms that they lead to.
@@ -137,11 +134,6 @@ mod tests {
     }
 
     #[test]
-    fn every_arm_of_a_y_has_left_and_right() {
-        assert!((0..3).all(|i| turns(&wye(), i) == format!("l{}r{}", (i + 1) % 3, (i + 2) % 3)));
-    }
-
-    #[test]
     fn of_two_equally_straight_exits_the_right_one_is_through() {
         assert_eq!(turns(&star(5), 0), "l1l2s3r4");
         assert_eq!(turns(&star(5), 4), "l0l1s2r3");
@@ -152,13 +144,6 @@ mod tests {
         let mut s = cross();
         s.arms[2].lanes_out = 0;
         assert_eq!(turns(&s, 0), "l1r3");
-    }
-
-    #[test]
-    fn a_one_way_arm_that_leads_away_has_no_movement() {
-        let mut s = cross();
-        s.arms[1].lanes_in = 0;
-        assert_eq!(turns(&s, 1), "");
     }
 
     #[test]
@@ -183,11 +168,6 @@ mod tests {
         }
         let e = movements(&s).unwrap_err().to_string();
         assert_eq!(e, "p: no way out for vehicles from arm 0; give another arm an exit");
-    }
-
-    #[test]
-    fn arms_out_of_order_are_refused() {
-        assert!(movements(&spec(&[0.0, 180.0, 90.0])).is_err());
     }
 
     #[test]

@@ -49,8 +49,10 @@ const LIMIT: Duration = Duration::from_secs(300);
 /// A netconvert that runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Netconvert {
-    path: PathBuf,
-    version: String,
+    /// Where it was found.
+    pub path: PathBuf,
+    /// Its version, such as `1.15.0`.
+    pub version: String,
 }
 
 /// A network as text, and what it was made from.
@@ -66,32 +68,16 @@ pub struct BuiltNet {
 
 impl Netconvert {
     /// Finds netconvert in `SUMO_HOME/bin`, then on `PATH`.
-    ///
-    /// # Errors
-    ///
-    /// [`NetworkError::NoNetconvert`] naming the places looked at.
+    /// Fails with [`NetworkError::NoNetconvert`] naming the places looked at.
     pub fn find() -> Result<Self, NetworkError> {
         let found = find("netconvert").map_err(|tried| NetworkError::NoNetconvert { tried });
         found.map(|(path, version)| Self { path, version })
     }
 
-    /// Returns the version, such as `1.15.0`.
-    pub fn version(&self) -> &str {
-        &self.version
-    }
-
-    /// Returns where it was found.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// Builds the network of an intersection, with intermediate files in `folder`.
     ///
     /// The text depends only on the intersection, the settings and the version of netconvert.
-    ///
-    /// # Errors
-    ///
-    /// [`NetworkError::Intersection`] for an impossible intersection,
+    /// Fails with [`NetworkError::Intersection`] for an impossible intersection,
     /// [`NetworkError::Netconvert`] if netconvert fails, [`NetworkError::Unsound`] if its output
     /// lacks something, [`NetworkError::Io`] for files.
     pub fn build(
@@ -274,10 +260,7 @@ pub fn movement_of_link(layout: &LaneLayout, links: &[usize]) -> Vec<usize> {
 }
 
 /// Returns the link of every connection.
-///
-/// # Errors
-///
-/// The connection that the network lacks.
+/// The error is the connection that the network lacks.
 pub fn links(layout: &LaneLayout, net: &NetFile) -> Result<Vec<usize>, String> {
     let link = |c: &Connection| {
         let (from, to) = (c.movement.from_edge(), c.movement.to_edge());
@@ -294,10 +277,7 @@ pub fn links(layout: &LaneLayout, net: &NetFile) -> Result<Vec<usize>, String> {
 }
 
 /// Writes a file in a folder of files for SUMO.
-///
-/// # Errors
-///
-/// [`FileError`] when it cannot be written.
+/// Fails with [`FileError`] when it cannot be written.
 pub fn write(folder: &Path, name: &str, text: &str) -> Result<(), FileError> {
     let path = folder.join(name);
     fs::write(&path, text).map_err(FileError::at("write", &path))

@@ -14,9 +14,6 @@ use crate::sim::net_file::ProgramPhase;
 use crate::timing::{Approach, Timing, Way, has_unopposed};
 
 /// Returns the limits of an intersection's signal.
-///
-/// # Arguments
-///
 /// * `movement_of_link` — shape `[L]`; per link of the signal the index of its movement.
 pub fn timing(
     spec: &IntersectionSpec,

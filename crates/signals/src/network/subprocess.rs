@@ -30,10 +30,7 @@ pub(super) enum Ended {
 }
 
 /// Runs netconvert to its end, at most so long.
-///
-/// # Errors
-///
-/// When it cannot be started.
+/// Fails when it cannot be started.
 pub(super) fn finish(command: Command, limit: Duration) -> io::Result<Ended> {
     let Some((status, _, said)) = output_of(command, limit)? else {
         let limit = limit.as_secs_f64();
@@ -56,10 +53,7 @@ pub(super) fn finish(command: Command, limit: Duration) -> io::Result<Ended> {
 
 /// Returns how a command ended and what it wrote to standard output and standard error; `None` where it did not end in time.
 /// Time is counted in naps, so that it does not count when this process was stopped itself.
-///
-/// # Errors
-///
-/// When it cannot be started.
+/// Fails when it cannot be started.
 pub(crate) fn output_of(
     mut command: Command,
     limit: Duration,

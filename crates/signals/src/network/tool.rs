@@ -12,10 +12,7 @@ use super::subprocess::{last_lines, output_of};
 const VERSION_LIMIT: Duration = Duration::from_secs(20);
 
 /// Finds a program of SUMO in `SUMO_HOME/bin`, then on `PATH`, and returns its path and version, such as `1.15.0`.
-///
-/// # Errors
-///
-/// The places looked at.
+/// The error is the places looked at.
 pub fn find(name: &str) -> Result<(PathBuf, String), String> {
     find_in(name, env::var_os("SUMO_HOME").map(PathBuf::from), env::var_os("PATH"))
 }

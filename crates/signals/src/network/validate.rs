@@ -19,10 +19,7 @@ use crate::sim::net_file::{NetFile, NetLane, NetLink, ProgramPhase};
 const ROUNDING: f64 = 0.0101;
 
 /// Checks a network; the first failed check is the error.
-///
-/// # Errors
-///
-/// [`NetworkError::Unsound`] naming the failed check.
+/// Fails with [`NetworkError::Unsound`] naming the failed check.
 pub fn validate(
     spec: &IntersectionSpec,
     net: &NetFile,

@@ -10,7 +10,7 @@ use std::io::{self, BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::{Builder, JoinHandle, sleep};
+use std::thread::{JoinHandle, sleep, spawn};
 use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
@@ -64,9 +64,6 @@ struct Running {
 
 impl Exec {
     /// Returns a controller that has not been started.
-    ///
-    /// # Arguments
-    ///
     /// * `words` — program and arguments.
     /// * `answer` — time for an answer.
     pub fn new(name: &'static str, words: Vec<String>, setup: Setup, answer: Duration) -> Self {
@@ -75,11 +72,11 @@ impl Exec {
 
     fn failed(&mut self, reason: String) -> ControlError {
         let words = self.running.take().map(Running::end).unwrap_or_default();
-        let reason = match words.is_empty() {
-            true => reason,
-            false => format!("{reason}; it said last\n{}", words.join("\n")),
-        };
-        ControlError::Own { method: self.name, reason }
+        let last = if words.is_empty() { "" } else { "; it said last\n" };
+        ControlError::Own {
+            method: self.name,
+            reason: format!("{reason}{last}{}", words.join("\n")),
+        }
     }
 
     /// Asks for something and returns the answer.
@@ -122,10 +119,8 @@ impl Exec {
                 )))
             }
             Err(_) => {
-                let how = match running.wait() {
-                    Some(status) => format!("ended ({status})"),
-                    None => "closed its standard output".to_owned(),
-                };
+                let closed = || "closed its standard output".to_owned();
+                let how = running.wait().map_or_else(closed, |status| format!("ended ({status})"));
                 Err(self.failed(format!("it {how} instead of answering {what}")))
             }
         }
@@ -230,18 +225,10 @@ impl Running {
                 true
             });
         };
-        let spawned = Builder::new().spawn(say).and_then(|_| Builder::new().spawn(hear));
-        match spawned.and_then(|_| Builder::new().spawn(listen)) {
-            Ok(listener) => {
-                Ok(Self { child, questions, answers, was_heard: false, last_words, listener })
-            }
-            Err(e) => {
-                // It may have ended by itself meanwhile.
-                let _ = child.kill();
-                child.wait()?;
-                Err(e)
-            }
-        }
+        spawn(say);
+        spawn(hear);
+        let listener = spawn(listen);
+        Ok(Self { child, questions, answers, was_heard: false, last_words, listener })
     }
 
     /// Whether it has ended.

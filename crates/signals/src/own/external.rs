@@ -35,10 +35,7 @@ pub struct Scores {
 impl Scores {
     /// Reads a table with the columns `point`, `delay_s` and either `seed` or `episode`, from 0; beside `seed`, `vehicles` may
     /// have the sha256 of the vehicles. Further columns are metrics, with names like ours where they mean the same.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong, with the line.
+    /// The error is what is wrong, with the line.
     pub fn read(path: &Path) -> Result<Self, String> {
         Self::parse(&files::read(path, limits::TABLE).map_err(|e| e.reason.to_string())?)
     }
@@ -100,9 +97,6 @@ impl Scores {
     }
 
     /// Returns the scores on a point MDP as a trial.
-    ///
-    /// # Arguments
-    ///
     /// * `vehicles` — those of the run, which those of the table have to be; `None` compares nothing.
     pub fn trial(self: &Arc<Self>, point: &str, vehicles: Option<VehiclesOf>) -> ExternalTrial {
         ExternalTrial { scores: Arc::clone(self), point: point.to_owned(), vehicles, episode: 0 }

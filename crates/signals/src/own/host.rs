@@ -9,14 +9,9 @@ use evaluation::run::method::Training;
 /// Opens controllers that are written in another language, within this process.
 pub trait Host: Send + Sync {
     /// Opens a controller.
-    ///
-    /// # Arguments
-    ///
     /// * `source` — what stands after `NAME=`, such as `mine.py:Mine`.
     ///
-    /// # Errors
-    ///
-    /// Why it cannot be used, in words, with the traceback where there is one.
+    /// The error is why it cannot be used, in words, with the traceback where there is one.
     fn open(&self, source: &str) -> Result<Hosted, String>;
 
     /// Returns where the controller is just now, for the record of one that hangs; `None` where nobody can say.

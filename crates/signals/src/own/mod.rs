@@ -74,10 +74,7 @@ impl Own {
     }
 
     /// Returns what it is, with the hashes that its files have now; `None` where nobody said where it is.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when a file cannot be read.
+    /// Fails with [`FileError`] when a file cannot be read.
     pub fn described(&self) -> Result<Option<OwnMethod>, FileError> {
         if matches!(self.play, Play::Absent) {
             return Ok(None);

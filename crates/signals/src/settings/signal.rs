@@ -141,10 +141,7 @@ settings! {
 
 impl SignalSettings {
     /// Checks what no range of a single number can say; the ranges themselves are elsewhere.
-    ///
-    /// # Errors
-    ///
-    /// Field, value and what was expected.
+    /// The error is field, value and what was expected.
     pub fn check(&self) -> Result<(), (&'static str, String, &'static str)> {
         if self.min_cycle_s > self.max_cycle_s {
             let value = self.min_cycle_s.to_string();

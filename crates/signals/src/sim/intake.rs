@@ -45,10 +45,7 @@ pub struct Intake {
 
 impl Intake {
     /// Reads a scenario.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is no configuration.
+    /// Fails with [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is no configuration.
     pub fn read(path: &Path, given: &Given) -> Result<Self, SimError> {
         let config = SumoConfig::read(path)?;
         let sources = Sources::of(&config, &given.accept);
@@ -119,10 +116,7 @@ impl Intake {
     }
 
     /// Returns it, if nothing is in the way.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError::Obstacles`] with all that is.
+    /// Fails with [`SimError::Obstacles`] with all that is.
     pub fn passed(self) -> Result<Self, SimError> {
         match self.obstacles.is_empty() {
             true => Ok(self),

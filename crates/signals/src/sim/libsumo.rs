@@ -91,10 +91,7 @@ pub struct SumoSim {
 
 impl SumoSim {
     /// Loads SUMO; nothing is simulated yet.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError::Unavailable`] when libsumo or a library that it needs is missing.
+    /// Fails with [`SimError::Unavailable`] when libsumo or a library that it needs is missing.
     pub fn new() -> Result<Self, SimError> {
         Ok(Self {
             api: Api::load()?,
@@ -110,28 +107,19 @@ impl SumoSim {
     }
 
     /// Returns SUMO's version, such as `SUMO 1.15.0`.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when the library cannot answer.
+    /// Fails with [`SimError`] when the library cannot answer.
     pub fn version(&self) -> Result<String, SimError> {
         self.api.version()
     }
 
     /// Returns the command line with which SUMO is started for an episode, its name first.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when the configuration cannot be read.
+    /// Fails with [`SimError`] when the configuration cannot be read.
     pub fn command_line(options: &StartOptions) -> Result<Vec<CString>, SimError> {
         arguments(options, &SumoConfig::read(&options.config)?)
     }
 
     /// Returns the lanes of the network that is simulated.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when nothing runs.
+    /// Fails with [`SimError`] when nothing runs.
     pub fn topology(&mut self) -> Result<Topology, SimError> {
         self.api.topology()
     }

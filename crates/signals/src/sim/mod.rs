@@ -289,66 +289,39 @@ pub struct StartOptions {
 /// A microscopic traffic simulation with signals.
 pub trait Sim {
     /// Starts an episode and describes its signals; closes one that is still running.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when the scenario cannot be loaded or has no signal.
+    /// Fails with [`SimError`] when the scenario cannot be loaded or has no signal.
     fn start(&mut self, options: &StartOptions) -> Result<Scene, SimError>;
 
     /// Simulates `steps` steps of the configured length (1 s unless the scenario says otherwise).
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when SUMO fails or nothing runs.
+    /// Fails with [`SimError`] when SUMO fails or nothing runs.
     fn step(&mut self, steps: u32) -> Result<StepCounts, SimError>;
 
     /// Installs a program on a signal (index in [`Scene::signals`]) and runs it from its first
     /// phase.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when SUMO rejects the program.
+    /// Fails with [`SimError`] when SUMO rejects the program.
     fn install(&mut self, signal: usize, program: &Program) -> Result<(), SimError>;
 
     /// Enters a phase of a signal's running program and ends it after `left_s` seconds.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when SUMO rejects the phase.
+    /// Fails with [`SimError`] when SUMO rejects the phase.
     fn enter(&mut self, signal: usize, phase: u32, left_s: f64) -> Result<(), SimError>;
 
     /// Switches a signal to another of its own programs.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when the signal has no program of that id.
+    /// Fails with [`SimError`] when the signal has no program of that id.
     fn select(&mut self, signal: usize, program_id: &str) -> Result<(), SimError>;
 
     /// Lets a signal show a state, one letter per link index, until it is told otherwise; its programs stand still.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when SUMO rejects the state.
+    /// Fails with [`SimError`] when SUMO rejects the state.
     fn show(&mut self, signal: usize, state: &str) -> Result<(), SimError>;
 
     /// Sets the phase of every signal and restarts its timer; `None` leaves a signal alone.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when SUMO rejects a phase or the slice has another length than the signals.
+    /// Fails with [`SimError`] when SUMO rejects a phase or the slice has another length than the signals.
     fn set_phases(&mut self, phases: &[Option<u32>]) -> Result<(), SimError>;
 
     /// Reads all vehicles that come to signals and all phases into `snapshot`.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when nothing runs.
+    /// Fails with [`SimError`] when nothing runs.
     fn observe(&mut self, snapshot: &mut Snapshot) -> Result<(), SimError>;
 
     /// Ends the episode; the tripinfo file is complete afterwards.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when SUMO fails to finish its outputs.
+    /// Fails with [`SimError`] when SUMO fails to finish its outputs.
     fn close(&mut self) -> Result<(), SimError>;
 }

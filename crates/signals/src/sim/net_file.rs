@@ -69,10 +69,7 @@ pub struct NetFile {
 
 impl NetFile {
     /// Parses a network.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong, in words, if it is not well-formed XML or lacks an attribute.
+    /// The error is what is wrong, in words, if it is not well-formed XML or lacks an attribute.
     pub fn parse(text: &str) -> Result<Self, String> {
         if !text.trim_end().ends_with("</net>") {
             return Err("cut off: it ends before `</net>`".to_owned());
@@ -146,10 +143,7 @@ impl NetFile {
 }
 
 /// Reads the pairs of the first network of a configuration, which may be compressed; what is no XML has none.
-///
-/// # Errors
-///
-/// [`FileError`] when the file cannot be read.
+/// Fails with [`FileError`] when the file cannot be read.
 pub fn mutual(config: &SumoConfig) -> Result<Mutual, FileError> {
     let Some(network) = config.networks().next() else { return Ok(Mutual::default()) };
     let text = read(network)?;

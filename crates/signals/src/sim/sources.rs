@@ -47,9 +47,6 @@ pub struct Sources {
 
 impl Sources {
     /// Reads the files of a configuration.
-    ///
-    /// # Arguments
-    ///
     /// * `accept` — what the user accepts: files that lie in none of the folders that the configuration names, and networks
     ///   without classes of vehicles that only a newer SUMO knows.
     pub fn of(config: &SumoConfig, accept: &BTreeSet<Accept>) -> Self {
@@ -173,10 +170,7 @@ fn beside(file: &Path, name: &str) -> PathBuf {
 }
 
 /// Returns a file that may be compressed, opened; more than 16 GiB are not read of it.
-///
-/// # Errors
-///
-/// [`FileError`] when it cannot be read or is no regular file.
+/// Fails with [`FileError`] when it cannot be read or is no regular file.
 pub fn open(path: &Path) -> Result<Box<dyn BufRead>, FileError> {
     let mut start = Vec::new();
     let mut file = files::open(path)?;
@@ -194,14 +188,9 @@ pub fn open(path: &Path) -> Result<Box<dyn BufRead>, FileError> {
 
 /// Writes the copies that are needed into a folder, and returns the options that SUMO gets in place of the
 /// configuration's: long name, value.
-///
-/// # Arguments
-///
 /// * `day_plan` — whether programs change by the clock as they do in the scenario.
 ///
-/// # Errors
-///
-/// [`FileError`] when a file cannot be read or the folder cannot be written.
+/// Fails with [`FileError`] when a file cannot be read or the folder cannot be written.
 pub fn copy(
     config: &SumoConfig,
     sources: &Sources,

@@ -53,10 +53,7 @@ pub struct SumoConfig {
 
 impl SumoConfig {
     /// Reads a SUMO configuration; paths are relative to its folder.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is not XML or names no network.
+    /// Fails with [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is not XML or names no network.
     pub fn read(config: &Path) -> Result<Self, SimError> {
         if !config.is_file() {
             return Err(SimError::NoConfig(config.to_path_buf()));
@@ -97,10 +94,7 @@ impl SumoConfig {
     }
 
     /// Returns what is read of the text of a configuration at a path.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with it, in words, where it cannot be read any further.
+    /// The error is what is wrong with it, in words, where it cannot be read any further.
     pub fn parse(text: &str, path: &Path) -> Result<Self, String> {
         let folder = path.parent().map(Path::to_path_buf);
         let mut config = Self { step_length_s: DEFAULT_STEP_LENGTH_S, folder, ..Self::default() };
@@ -119,10 +113,7 @@ impl SumoConfig {
     }
 
     /// Adds an option.
-    ///
-    /// # Errors
-    ///
-    /// Why its value cannot be used as it is, and what has to be accepted.
+    /// The error is why its value cannot be used as it is, and what has to be accepted.
     fn add(&mut self, written: &str, mut value: String) -> Result<(), (String, Option<Accept>)> {
         let option = long(written);
         let mut accept = Ok(());
@@ -186,10 +177,7 @@ impl SumoConfig {
 }
 
 /// Returns the names in a list of files; SUMO writes a space as `%20`.
-///
-/// # Errors
-///
-/// What is wrong with one.
+/// The error is what is wrong with one.
 fn file_names(value: &str) -> Result<Vec<String>, String> {
     let names = value.split(',').map(str::trim).filter(|name| !name.is_empty());
     names.map(decoded).collect()
@@ -223,10 +211,7 @@ fn options(text: &str) -> Result<Vec<(String, String)>, String> {
 }
 
 /// Returns a time, seconds, from seconds or a clock time.
-///
-/// # Errors
-///
-/// What is wrong with it, and the way out.
+/// The error is what is wrong with it, and the way out.
 pub fn seconds(text: &str) -> Result<f64, String> {
     let parts: Option<Vec<f64>> = text.split(':').map(|part| part.parse().ok()).collect();
     let time_s = match parts.as_deref() {

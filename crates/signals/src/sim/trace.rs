@@ -89,9 +89,6 @@ impl Tracing {
 
     /// Returns the lane of the scene to which a vehicle belongs and its link index at the signal
     /// there, if it uses one; `None` for a vehicle upstream that comes to none of the lanes.
-    ///
-    /// # Arguments
-    ///
     /// * `watched` — number of the lane that it is on, the scene's first, then the pieces.
     /// * `next` — its connection at the next signal on its route.
     pub fn attribute(&self, watched: u32, next: Option<Connection>) -> Option<(u32, Option<u32>)> {
@@ -228,12 +225,6 @@ mod tests {
             assert_eq!(link, next.map(|n| n.1));
             lane
         })
-    }
-
-    #[test]
-    fn a_vehicle_upstream_belongs_to_the_lane_of_its_next_connection() {
-        let (_, tracing) = traced(200.0);
-        assert_eq!(on(&tracing, "a_0", Some((0, 0))), Some(2));
     }
 
     #[test]

@@ -10,6 +10,10 @@ use quick_xml::events::{BytesStart, Event};
 use crate::sim::error::SimError;
 use basics::files::FileError;
 
+/// What is read of a row.
+const FIELDS: [&str; 6] =
+    ["depart", "arrival", "departDelay", "waitingTime", "timeLoss", "waitingCount"];
+
 /// What became of all vehicles of an episode.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TripTotals {
@@ -46,19 +50,13 @@ pub struct Trip {
 /// Source: RESCO, utils/readXML.py, delay as `timeLoss + departDelay` over all vehicles.
 /// Deviation: RESCO derives never-inserted vehicles from the route file and misses them where it
 /// holds `<trip>` elements; here SUMO itself lists them (`--tripinfo-output.write-undeparted`).
-///
-/// # Errors
-///
-/// [`SimError::CutOff`] when the file has no end, [`SimError::Tripinfo`] when it is not XML or lacks an attribute.
+/// Fails with [`SimError::CutOff`] when the file has no end, [`SimError::Tripinfo`] when it is not XML or lacks an attribute.
 pub fn read(path: &Path) -> Result<TripTotals, SimError> {
     parse(open(path)?, path, &mut |_| ())
 }
 
 /// Reads a tripinfo file with all its vehicles.
-///
-/// # Errors
-///
-/// As [`read`].
+/// Fails as [`read`].
 pub fn read_each(path: &Path) -> Result<(TripTotals, Vec<Trip>), SimError> {
     let mut trips = Vec::new();
     let totals = parse(open(path)?, path, &mut |trip| trips.push(trip))?;
@@ -70,14 +68,9 @@ fn open(path: &Path) -> Result<BufReader<File>, SimError> {
 }
 
 /// Returns what a tripinfo file holds; the path is for messages.
-///
-/// # Arguments
-///
 /// * `each` — told every vehicle.
 ///
-/// # Errors
-///
-/// As [`read`].
+/// Fails as [`read`].
 pub fn parse(
     file: impl BufRead,
     path: &Path,
@@ -113,42 +106,31 @@ pub fn parse(
 }
 
 fn add(totals: &mut TripTotals, row: &BytesStart) -> Result<Trip, String> {
-    let (mut depart, mut arrival, mut depart_delay, mut waiting, mut time_loss) =
-        (None, None, None, None, None);
-    let (mut id, mut stops) = (String::new(), None);
+    let mut values = [None; FIELDS.len()];
+    let mut id = String::new();
     for attribute in row.attributes().with_checks(false) {
         let attribute = attribute.map_err(|e| e.to_string())?;
-        let slot = match attribute.key.as_ref() {
-            "depart" => &mut depart,
-            "arrival" => &mut arrival,
-            "departDelay" => &mut depart_delay,
-            "waitingTime" => &mut waiting,
-            "timeLoss" => &mut time_loss,
-            "waitingCount" => &mut stops,
-            "id" => {
-                attribute.value.as_ref().clone_into(&mut id);
-                continue;
-            }
-            _ => continue,
-        };
-        let text = &attribute.value;
-        *slot = Some(text.parse::<f64>().map_err(|e| format!("{text:?}: {e}"))?);
+        let (name, text) = (attribute.key.as_ref(), attribute.value.as_ref());
+        if name == "id" {
+            text.clone_into(&mut id);
+        } else if let Some(field) = FIELDS.iter().position(|field| *field == name) {
+            values[field] = Some(text.parse::<f64>().map_err(|e| format!("{text:?}: {e}"))?);
+        }
     }
-    let get = |value: Option<f64>, name: &str| value.ok_or(format!("a row without {name}"));
-    let (depart, arrival) = (get(depart, "depart")?, get(arrival, "arrival")?);
+    let get = |field: usize| values[field].ok_or(format!("a row without {}", FIELDS[field]));
+    let (depart, arrival) = (get(0)?, get(1)?);
     totals.vehicles += 1;
-    let delay_s = get(time_loss, "timeLoss")? + get(depart_delay, "departDelay")?;
+    let delay_s = get(4)? + get(2)?;
     totals.delay_s += delay_s;
-    totals.waiting_s += get(waiting, "waitingTime")?;
-    if depart < 0.0 {
-        totals.undeparted += 1;
-    } else if arrival < 0.0 {
-        totals.running += 1;
-    } else {
-        totals.arrived += 1;
-    }
+    totals.waiting_s += get(3)?;
     let arrived = depart >= 0.0 && arrival >= 0.0;
-    Ok(Trip { id, delay_s, stops: stops.unwrap_or_default(), arrived })
+    let fate = match depart < 0.0 {
+        true => &mut totals.undeparted,
+        false if arrived => &mut totals.arrived,
+        false => &mut totals.running,
+    };
+    *fate += 1;
+    Ok(Trip { id, delay_s, stops: values[5].unwrap_or_default(), arrived })
 }
 
 #[cfg(test)]

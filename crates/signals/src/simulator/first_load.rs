@@ -35,9 +35,6 @@ pub(super) struct Said {
 }
 
 /// Has `sumo` load a scenario.
-///
-/// # Arguments
-///
 /// * `command_line` — that of an episode that ends after its first step.
 /// * `version` — that of libsumo.
 pub(super) fn first_load(command_line: &[CString], version: &str) -> Said {

@@ -17,10 +17,7 @@ pub fn look_for(library: Result<PathBuf, String>) {
 }
 
 /// Returns where libsumo is.
-///
-/// # Errors
-///
-/// Why it is nowhere, as [`look_for`] was told.
+/// The error is why it is nowhere, as [`look_for`] was told.
 pub fn library() -> Result<PathBuf, String> {
     let place = PLACE.lock().unwrap_or_else(PoisonError::into_inner);
     place.clone().unwrap_or_else(|| Ok(PathBuf::from(LIBRARY)))

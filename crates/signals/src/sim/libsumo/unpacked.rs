@@ -24,14 +24,9 @@ enum Unpacked {
 const REFUSALS: [&str; 3] = ["failed to map", "not permitted", "denied"];
 
 /// Makes a library loadable and loads it.
-///
-/// # Arguments
-///
 /// * `load` — from a path; in an error, why not.
 ///
-/// # Errors
-///
-/// The system's, with the way out where it may not load from the folder for temporary files.
+/// The error is the system's, with the way out where it may not load from the folder for temporary files.
 pub(super) fn unpacked<T>(
     library: &[u8],
     load: impl Fn(&Path) -> Result<T, String>,

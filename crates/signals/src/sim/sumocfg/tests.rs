@@ -29,12 +29,6 @@ fn every_way_to_write_an_option_is_read() {
 }
 
 #[test]
-fn a_name_with_an_ampersand_is_unescaped() {
-    let name = parse("<net-file value='a&amp;b.net'/>").unwrap().files.remove(0).0;
-    assert_eq!(name, "a&b.net");
-}
-
-#[test]
 fn a_text_that_is_no_xml_is_refused_as_such() {
     for text in ["# A page\n\nwith <b>words</b> &sup1;", "nothing but text", "&sup1;"] {
         let e = SumoConfig::parse(text, Path::new("a.sumocfg")).unwrap_err();
@@ -113,9 +107,4 @@ fn clock_times_are_read_as_sumo_reads_them() {
         let e = seconds(wrong).unwrap_err();
         assert!(e.ends_with("is not a time; give seconds, HH:MM:SS or D:HH:MM:SS"), "{e}");
     }
-}
-
-#[test]
-fn an_end_of_minus_one_is_none() {
-    assert_eq!(parse("<n v='n'/><end value='-1'/>").unwrap().end_s, None);
 }
