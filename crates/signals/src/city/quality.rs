@@ -155,11 +155,6 @@ pub const MATCHED: [&str; 2] =
     ["matched, and a signal on the map", "matched, at a junction without a signal on the map"];
 
 /// Returns the quality of a city.
-///
-/// # Arguments
-///
-/// * `(inputs, written)` — files that went in, and hashes of those that come out.
-/// * `time_of_day` — when the simulated hour begins, hours after midnight.
 pub(super) fn quality(
     loaded: &LoadedScenario,
     (inputs, written): (Vec<InputFile>, BTreeMap<String, String>),

@@ -34,15 +34,6 @@ const DEMAND_NOTE: &str = "\
 ";
 
 /// Returns the text of the scenario file of a city, for a table of approaches beside it.
-///
-/// # Arguments
-///
-/// * `inflows`, `side` — what its comments and settings say of them, once that is known.
-///
-/// # Errors
-///
-/// [`FamilyError`] for a setting that does not exist, is out of range, or is decided by the
-/// command.
 pub(super) fn scenario_text(
     request: &Request,
     config: &CityConfig,

@@ -102,12 +102,8 @@ fn read_with(
         let row = approach(&row, &columns).map_err(fail)?;
         check(&row).map_err(fail)?;
         if !known.insert((row.intersection.clone(), row.period.clone(), row.arm.clone())) {
-            let (per, way_out) = match row.period.as_str() {
-                "" => (String::new(), "give each arm one row"),
-                period => (format!(" in period {period}"), "give each arm one row per period"),
-            };
             return Err(fail(format!(
-                "intersection {} has arm {} twice{per}; {way_out}",
+                "intersection {} has arm {} twice; give each arm one row, of every period",
                 row.intersection, row.arm
             )));
         }
@@ -197,36 +193,33 @@ pub(crate) fn check(row: &Approach) -> Result<(), String> {
         let Some(storage_m) = storage_m else { continue };
         number(name, storage_m, *STORAGE_M.start(), *STORAGE_M.end())?;
         if lanes == 0 {
-            let of = name.replace("_storage_m", "_turn_lanes");
             return Err(format!(
-                "{name} = {storage_m}, but {of} is 0; give the lanes, or leave {name} empty"
+                "{name} = {storage_m}, but the arm has no such turn lane; give the lanes, or leave {name} empty"
             ));
         }
     }
     if !row.aadt_veh_per_day_per_lane.is_nan() {
         number("aadt_veh_per_day_per_lane", row.aadt_veh_per_day_per_lane, 0.0, 1e7)?;
     }
-    if row.lanes_in > MAX_LANES || row.lanes_out > MAX_LANES {
-        return Err(format!("more than {MAX_LANES} lanes in one direction"));
+    let (lanes_in, turn_lanes) =
+        (row.lanes_in, row.left_turn_lanes.saturating_add(row.right_turn_lanes));
+    if lanes_in > MAX_LANES || row.lanes_out > MAX_LANES || lanes_in + row.lanes_out == 0 {
+        return Err(format!(
+            "lanes_in = {lanes_in} and lanes_out = {}: expected up to {MAX_LANES} each, and at least one lane",
+            row.lanes_out
+        ));
     }
-    if row.lanes_in == 0 && row.lanes_out == 0 {
-        return Err("an arm needs at least one lane; lanes_in and lanes_out are both 0".into());
-    }
-    if row.lanes_in == 0 && row.counted.is_some_and(|counted| counted.total_vph() > 0.0) {
+    if lanes_in == 0 && row.counted.is_some_and(|counted| counted.total_vph() > 0.0) {
         return Err(format!(
             "vehicles were counted on arm {}, which leads away only (lanes_in = 0); correct lanes_in, or give the \
              volumes to the arm that they come from",
             row.arm
         ));
     }
-    if u64::from(row.left_turn_lanes) + u64::from(row.right_turn_lanes) > u64::from(row.lanes_in) {
+    if turn_lanes > lanes_in {
         return Err(format!(
-            "left_turn_lanes = {} and right_turn_lanes = {} are more than lanes_in = {}, which counts \
-             them; give lanes_in at least {}, or fewer turn lanes",
-            row.left_turn_lanes,
-            row.right_turn_lanes,
-            row.lanes_in,
-            row.left_turn_lanes.saturating_add(row.right_turn_lanes)
+            "left_turn_lanes and right_turn_lanes are {turn_lanes}, more than lanes_in = {lanes_in}, which counts them; \
+             give lanes_in at least {turn_lanes}, or fewer turn lanes"
         ));
     }
     Ok(())
@@ -292,10 +285,7 @@ mod tests {
             read(&format!("{header}{row}"), "a.csv").unwrap_err().to_string()
         };
         let e = error("7,A,40,-111,0,2,1,1,0,30,200,9000,lsr,60,30\n");
-        assert_eq!(
-            e,
-            "a.csv, line 2: right_storage_m = 30, but right_turn_lanes is 0; give the lanes, or leave right_storage_m empty"
-        );
+        assert!(e.contains("right_storage_m = 30, but the arm has no such turn lane"), "{e}");
         let e = error("7,A,40,-111,0,2,1,1,0,30,200,9000,lsr,1,\n");
         assert!(e.contains("left_storage_m = 1: expected"), "{e}");
     }

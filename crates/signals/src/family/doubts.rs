@@ -2,47 +2,234 @@
 //! run, and nothing of it is believed without a word.
 //!
 //! - **Changed:** an inflow that is cut or raised, a count that is missing, a turn lane that needs another lane.
-//! - **Implausible for its column:** a speed, length or count that few streets have, with the unit it may be in.
+//! - **Another unit:** a column whose median no city has in its unit.
 //! - **Contradictory:** arms named after directions of travel that their bearings are not.
-//! - **No place:** latitude and longitude 0, or where nobody has signals.
+//! - **No place:** latitude and longitude 0.
 //!
 //! Source: thresholds are this project's; each is beside its reason.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
-
-mod changes;
-mod doubt;
-mod places;
-mod points;
-mod values;
+use std::fmt::{Display, Write};
 
 use osm_signals::angle::{normalise_degrees, turn_degrees};
 
-use super::approaches::{Approach, Intersection};
-use crate::settings::{Detail, FamilySettings};
+use super::approaches::{Approach, Intersection, LEAST_PIECE_M};
+use super::features::{
+    incoming_lanes, inflow_vph, six_columns, six_features, uncapped_vph_per_lane,
+};
+use crate::settings::{Detail, FamilySettings, SixFeatures};
 use crate::vocabulary::{Heading, MOST_OFF_DEG};
-pub use doubt::Doubt;
-pub(crate) use doubt::Said;
-use doubt::at_line;
+use basics::units::{FOOT_M, KMH_TO_MPH, MPS_PER_MPH};
 use evaluation::family::MdpFamily;
+
+/// Rows that a short message names.
+const FEW_ROWS: usize = 5;
+
+/// Medians of speed limits that no city has in miles per hour: those of a table in metres per second, or in km/h.
+const MEDIAN_MPH: (f64, f64) = (15.0, 50.0);
+
+/// Medians of lengths that no city has in metres: hardly a car waits, or junctions are not so far apart.
+const MEDIAN_M: (f64, f64) = (15.0, 1000.0);
+
+/// Median below which counts are in thousands, vehicles per day and lane: FHWA's quietest urban streets have
+/// 40 to 350 (Highway Functional Classification, 2013, table 3-6).
+const MEDIAN_THOUSANDS: f64 = 100.0;
+
+/// Median on streets of [`WIDE`] lanes or more below which counts are those of an hour, vehicles per day and lane:
+/// of those in Salt Lake City 99% have more than 660, and the median is 5,100.
+const MEDIAN_HOURLY: f64 = 900.0;
+
+/// Lanes of both directions of a street that carries much.
+const WIDE: u32 = 4;
+
+/// Median above which counts are those of all lanes, vehicles per day and lane.
+const MEDIAN_BUSY: f64 = 12_000.0;
+
+/// Flow that no lane carries, vehicles per hour: the base saturation flow of the Highway Capacity Manual, without any
+/// red.
+const MOST_VPH_PER_LANE: f64 = 1900.0;
+
+/// Least rows of which a median tells a unit.
+const ENOUGH: usize = 3;
+
+/// Something doubtful or changed, and where.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Doubt {
+    /// What it is, with the way out.
+    pub about: String,
+    /// The rows with their values, such as `line 7: 1200`; none if it is about the whole table.
+    pub rows: Vec<String>,
+}
+
+impl Doubt {
+    /// Returns a doubt about some rows; `None` without any.
+    pub(crate) fn of(about: impl Into<String>, rows: Vec<String>) -> Option<Self> {
+        (!rows.is_empty()).then(|| Self { about: about.into(), rows })
+    }
+
+    /// Returns a doubt about a whole table.
+    pub(crate) fn whole(about: impl Into<String>) -> Self {
+        Self { about: about.into(), rows: Vec::new() }
+    }
+
+    /// Returns it in one paragraph, with the first rows.
+    pub fn brief(&self) -> String {
+        let shown = &self.rows[..self.rows.len().min(FEW_ROWS)];
+        let mut text = self.about.clone();
+        if !shown.is_empty() {
+            write!(text, " ({}", shown.join("; ")).expect("writing to a string cannot fail");
+            let more = self.rows.len() - shown.len();
+            text += &if more == 0 { ")".to_owned() } else { format!("; and {more} more)") };
+        }
+        text
+    }
+
+    /// Returns whether [`Self::brief`] leaves rows out.
+    pub fn is_long(&self) -> bool {
+        self.rows.len() > FEW_ROWS
+    }
+
+    /// Returns it with every row on a line of its own.
+    pub fn full(&self) -> String {
+        let rows = self.rows.iter().map(|row| format!("\n  {row}"));
+        format!("{}{}", self.about, rows.collect::<String>())
+    }
+}
+
+/// Doubts that are collected row by row, by what they are about, in their order.
+#[derive(Debug, Default)]
+pub(crate) struct Said(Vec<(Cow<'static, str>, Vec<String>)>);
+
+impl Said {
+    pub(crate) fn say(&mut self, about: impl Into<Cow<'static, str>>, row: String) {
+        let about = about.into();
+        match self.0.iter_mut().find(|(known, _)| *known == about) {
+            Some((_, rows)) => rows.push(row),
+            None => self.0.push((about, vec![row])),
+        }
+    }
+
+    pub(crate) fn doubts(self) -> impl Iterator<Item = Doubt> {
+        self.0.into_iter().filter_map(|(about, rows)| Doubt::of(about, rows))
+    }
+}
+
+fn at_line(line: u64, text: impl Display) -> String {
+    format!("line {line}: {text}")
+}
 
 /// Returns what is doubtful in a table of approaches, and what of it is changed.
 pub fn of_approaches(intersections: &[Intersection], settings: &FamilySettings) -> Vec<Doubt> {
-    let per_approach = settings.detail == Detail::PerApproach;
-    let mut doubts = changes::changes(intersections, settings, per_approach);
+    let mut doubts = changes(intersections, settings);
     doubts.extend(periods(intersections, settings));
     doubts.extend(directions(intersections));
-    if settings.inflows.is_some() {
-        // This program wrote the table from a map, in the right units.
-        return doubts;
-    }
-    doubts.extend(values::values(intersections));
-    let placed: Vec<Intersection> =
-        intersections.iter().filter(|i| i.latitude.is_finite()).cloned().collect();
-    if !placed.is_empty() {
-        doubts.extend(places::places(&placed));
+    if settings.inflows.is_none() {
+        // Else this program wrote the table from a map, in the right units.
+        doubts.extend(units(intersections));
+        let nowhere = intersections.iter().filter(|i| i.latitude == 0.0 && i.longitude == 0.0);
+        let rows = nowhere.map(|i| at_line(i.line, format!("intersection {}", i.id))).collect();
+        doubts.extend(Doubt::of("latitude 0 and longitude 0, which stands for no place", rows));
     }
     doubts
+}
+
+fn incoming(intersections: &[Intersection]) -> impl Iterator<Item = &Approach> {
+    intersections.iter().flat_map(|i| &i.arms).filter(|arm| arm.lanes_in > 0)
+}
+
+/// Returns the values that are simulated otherwise than they stand there, with their rows.
+fn changes(intersections: &[Intersection], settings: &FamilySettings) -> Vec<Doubt> {
+    let rows = |is: &dyn Fn(&Approach) -> Option<String>| -> Vec<String> {
+        incoming(intersections).filter_map(|a| is(a).map(|text| at_line(a.line, text))).collect()
+    };
+    let per_approach = settings.detail == Detail::PerApproach;
+    let (cap, least) = (settings.inflow_cap_vph_per_lane, settings.min_inflow_vph);
+    let raised = match per_approach {
+        true => rows(&|a| {
+            let vph = inflow_vph(a, settings);
+            (a.counted.is_none() && vph < least).then(|| format!("{vph:.0} veh/h"))
+        }),
+        false => in_bin_0(intersections, settings, 3, settings.bins.inflow_vph, "veh/h"),
+    };
+    let mut doubts = vec![
+        (
+            format!(
+                "inflows above family.inflow_cap_vph_per_lane = {cap} are cut to it; set it higher if they are right"
+            ),
+            rows(&|a| {
+                let vph = uncapped_vph_per_lane(a, settings);
+                (a.counted.is_none() && vph > cap).then(|| format!("{vph:.0} veh/h per lane"))
+            }),
+        ),
+        (format!("inflows below family.min_inflow_vph = {least} are raised to it"), raised),
+        (
+            "aadt_veh_per_day_per_lane is empty, and the mean of other approaches stands for it".into(),
+            rows(&|a| {
+                let aadt = a.aadt_veh_per_day_per_lane;
+                a.imputed.then(|| format!("{aadt:.0} veh/day per lane"))
+            }),
+        ),
+        (
+            "movements: t is a U-turn here and nobody goes straight on, because other rows of the table have both s \
+             and t; write s where straight on is meant"
+                .into(),
+            rows(&|a| {
+                let is_u_turn = a.movements.contains('t') && !a.movements.contains('s');
+                is_u_turn.then(|| a.movements.clone())
+            }),
+        ),
+    ];
+    let bay = |a: &Approach, most_m: f64| {
+        let bays = [(a.left_storage_m, "left"), (a.right_storage_m, "right")];
+        bays.into_iter().find_map(|(m, side)| Some((m.filter(|m| *m > most_m)?, side)))
+    };
+    if per_approach {
+        doubts.push((
+            "turn lanes whose storage length is nearly that of the approach are as long as the approach".into(),
+            rows(&|a| {
+                let (m, side) = bay(a, a.length_m * settings.length_scale - LEAST_PIECE_M)?;
+                Some(format!("{side}, {m} m of {} m", a.length_m))
+            }),
+        ));
+    } else {
+        let bin_m = settings.bins.length_m;
+        doubts.extend([
+            (
+                "six features have no storage lengths; say detail = \"per-approach\" in [family] to simulate them"
+                    .into(),
+                rows(&|a| bay(a, 0.0).map(|(m, side)| format!("{side}, {m} m"))),
+            ),
+            (
+                "six features keep only the sum of the vehicles that were counted by turn; say detail = \
+                 \"per-approach\" in [family] to simulate the turns"
+                    .into(),
+                rows(&|a| a.counted.map(|c| format!("{:.0} veh/h", c.total_vph()))),
+            ),
+            (
+                format!("lengths below half of family.bins.length_m = {bin_m} become {bin_m} m"),
+                in_bin_0(intersections, settings, 2, bin_m, "m"),
+            ),
+        ]);
+    }
+    doubts.into_iter().filter_map(|(about, rows)| Doubt::of(about, rows)).collect()
+}
+
+/// Returns the intersections of which a mean over the arms falls into the bin of 0, so that a minimum takes
+/// its place.
+fn in_bin_0(
+    intersections: &[Intersection],
+    settings: &FamilySettings,
+    feature: usize,
+    bin: f64,
+    unit: &str,
+) -> Vec<String> {
+    let low = intersections.iter().filter_map(|i| {
+        let value = six_features(i, settings).to_array()[feature];
+        let text = || format!("intersection {}, {value:.0} {unit} in the mean", i.id);
+        ((value / bin).round_ties_even() < 1.0).then(|| at_line(i.line, text()))
+    });
+    low.collect()
 }
 
 /// Returns that periods count equally, where nobody said how long they are.
@@ -77,9 +264,123 @@ fn directions(intersections: &[Intersection]) -> Option<Doubt> {
     Doubt::of(about, astray)
 }
 
+/// Returns the columns whose median no city has in their unit.
+fn units(intersections: &[Intersection]) -> Vec<Doubt> {
+    let middle = |of: &dyn Fn(&Approach) -> Option<f64>| {
+        median(incoming(intersections).filter_map(of).collect())
+    };
+    let is_daily = |a: &Approach| !a.imputed && a.counted.is_none();
+    let aadt = middle(&|a| is_daily(a).then_some(a.aadt_veh_per_day_per_lane));
+    let wide = middle(&|a| {
+        let is_wide = is_daily(a) && a.lanes_in + a.lanes_out >= WIDE;
+        is_wide.then_some(a.aadt_veh_per_day_per_lane)
+    });
+    let length_m = middle(&|a| Some(a.length_m));
+    let volume = middle(&|a| Some(a.counted?.total_vph() / f64::from(a.lanes_in)));
+    let turns = || incoming(intersections).filter(|a| !a.movements.is_empty());
+    let none_straight = turns().count() >= ENOUGH && turns().all(|a| !a.movements.contains('s'));
+    let half = "half of the approaches";
+    let column = "aadt_veh_per_day_per_lane";
+    let per = "vehicles a day and lane";
+    let mut doubts: Vec<Doubt> = speeds(middle(&|a| Some(a.speed_mph))).into_iter().collect();
+    let others = [
+        (
+            length_m < MEDIAN_M.0,
+            format!(
+                "length_m: {half} are shorter than {} m; if the column is in km, multiply it by 1000",
+                MEDIAN_M.0
+            ),
+        ),
+        (
+            length_m > MEDIAN_M.1,
+            format!(
+                "length_m: {half} are longer than {} m; if the column is in feet, multiply it by {FOOT_M}",
+                MEDIAN_M.1
+            ),
+        ),
+        (
+            aadt < MEDIAN_THOUSANDS,
+            format!(
+                "{column}: {half} have {aadt} {per} or less; if the counts are in thousands, multiply them by 1000"
+            ),
+        ),
+        (
+            aadt >= MEDIAN_THOUSANDS && wide < MEDIAN_HOURLY,
+            format!(
+                "{column}: {half} of streets with {WIDE} lanes or more have {wide} {per} or less; if these are counts of an \
+                 hour, divide them by the hour's share of the day (family.hourly_share)"
+            ),
+        ),
+        (
+            aadt > MEDIAN_BUSY,
+            format!(
+                "{column}: {half} have {aadt} {per} or more; if these are counts of all lanes, divide each by twice its \
+                 lanes_in, on a one-way street by lanes_in"
+            ),
+        ),
+        (
+            volume > MOST_VPH_PER_LANE,
+            format!(
+                "left_vph, through_vph, right_vph: {half} have {volume:.0} vehicles per hour and lane or more, which no \
+                 lane carries; if they are of a day, give those of an hour"
+            ),
+        ),
+        (
+            none_straight,
+            "movements: nobody goes straight on at any approach; the letter for it is s or t"
+                .into(),
+        ),
+    ];
+    doubts.extend(others.into_iter().filter(|(is, _)| *is).map(|(_, about)| Doubt::whole(about)));
+    doubts
+}
+
+/// Returns the middle of some values; not a number where they are too few to tell a unit.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    if values.len() < ENOUGH { f64::NAN } else { values[values.len() / 2] }
+}
+
+/// Returns what is doubtful in speed limits with this median.
+fn speeds(median_mph: f64) -> Option<Doubt> {
+    let (slow, fast) = MEDIAN_MPH;
+    let (what, unit, factor) = match median_mph {
+        mph if mph >= fast => (format!("{fast} mph or more"), "km/h", KMH_TO_MPH),
+        mph if mph < slow => (format!("less than {slow} mph"), "m/s", 1.0 / MPS_PER_MPH),
+        _ => return None,
+    };
+    Some(Doubt::whole(format!(
+        "speed_mph: half of the approaches have {what}, which hardly any street with signals has; if the column is in \
+         {unit}, multiply it by {factor:.6}"
+    )))
+}
+
 /// Returns what is doubtful in a table of point MDPs, and what of it is changed.
 pub fn of_points(family: &MdpFamily) -> Vec<Doubt> {
-    points::points(family)
+    let Ok(columns) = six_columns(family) else { return Vec::new() };
+    let points = || {
+        family.points.iter().map(|point| {
+            let features = SixFeatures::from_array(columns.map(|c| point.features[c]));
+            (format!("point {}", point.title), features, incoming_lanes(&features))
+        })
+    };
+    let mut doubts: Vec<Doubt> =
+        speeds(median(points().map(|(_, f, _)| f.speed_mph).collect())).into_iter().collect();
+    let added = points().filter(|(_, _, (half, lanes))| lanes > half);
+    doubts.extend(Doubt::of(
+        "turn lanes leave no lane to go straight, so more lanes lead to the signal than half of `lanes`",
+        added.map(|(name, _, (half, lanes))| format!("{name}: {lanes} instead of {half}")).collect(),
+    ));
+    let busy =
+        points().filter(|(_, f, (_, lanes))| f.inflow_vph > MOST_VPH_PER_LANE * f64::from(*lanes));
+    doubts.extend(Doubt::of(
+        format!(
+            "inflow_vph above {MOST_VPH_PER_LANE} per incoming lane, which no lane carries; it is per approach and \
+             hour, not per day"
+        ),
+        busy.map(|(name, f, (_, lanes))| format!("{name}: {} veh/h on {lanes} lanes", f.inflow_vph)).collect(),
+    ));
+    doubts
 }
 
 #[cfg(test)]

@@ -119,7 +119,15 @@ fn open(name: &str) -> Result<Opened, FamilyError> {
         let (text, file) = ((*text).to_owned(), format!("{name}.toml (embedded)"));
         return Ok(Opened { text, file, folder: PathBuf::new(), is_embedded: true });
     }
-    let path = file_that_exists(name)?;
+    if !Path::new(name).exists() {
+        let embedded = EMBEDDED.map(|(name, _)| name);
+        return Err(FamilyError::UnknownScenario {
+            name: name.to_owned(),
+            embedded: embedded.join(", "),
+            meant: did_you_mean(name, embedded),
+        });
+    }
+    let path = file_of(name);
     let text = match is_table(&path) {
         true => scenario_of(&path)?,
         false => read_scenario(&path)?,
@@ -196,43 +204,15 @@ pub fn load_uncounted(name: &str, overrides: &[Override]) -> Result<Uncounted, F
     Ok(Uncounted { file: opened.file, scenario, text: opened.text, intersections, plans })
 }
 
-/// Returns the file of a scenario.
-fn file_that_exists(name: &str) -> Result<PathBuf, FamilyError> {
-    let path = Path::new(name);
-    if !path.exists() {
-        let embedded: Vec<_> = EMBEDDED.iter().map(|(n, _)| *n).collect();
-        let mut known: Vec<String> = embedded.iter().map(|n| (*n).to_owned()).collect();
-        known.extend(beside(path));
-        return Err(FamilyError::UnknownScenario {
-            name: name.to_owned(),
-            embedded: embedded.join(", "),
-            meant: did_you_mean(name, known.iter().map(String::as_str)),
-        });
-    }
-    Ok(file_of(name))
-}
-
-/// Returns the scenarios in the folder of a path.
-fn beside(path: &Path) -> Vec<String> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let read = std::fs::read_dir(if folder == Path::new("") { Path::new(".") } else { folder });
-    let paths = read.into_iter().flatten().flatten().map(|e| folder.join(e.file_name()));
-    let scenario = |p: &PathBuf| {
-        p.extension().is_some_and(|e| e == "toml") || p.join("scenario.toml").is_file()
-    };
-    paths.filter(scenario).map(|p| p.display().to_string()).collect()
-}
-
 /// Returns a scenario whose text stands on a preset's, with settings replaced.
 fn with_preset(
-    text: &str,
+    written: &Table,
     preset: Preset,
     overrides: &[Override],
     file: &str,
 ) -> Result<Scenario, FamilyError> {
-    let table = |text: &str| -> Table { text.parse().expect("it has been read before") };
-    let mut settings = table(preset.text());
-    overlay(&mut settings, table(text));
+    let mut settings: Table = preset.text().parse().expect("a preset is a table");
+    overlay(&mut settings, written.clone());
     settings.entry("name").or_insert_with(|| name_of(file).into());
     let mut scenario: Scenario = settings.try_into().map_err(|e: toml::de::Error| {
         let reason = wording::explain::<Scenario>(e.message(), "");
@@ -269,45 +249,43 @@ fn with_detail(
     table: &dyn Fn(&str) -> Result<String, FamilyError>,
     detail: Detail,
 ) -> Result<LoadedScenario, FamilyError> {
-    let tables = table;
     let (mut scenario, bins_without_effect) = settings_of(text, file, overrides, detail)?;
-    let file = &with_flags(file, overrides);
+    let flags: String = overrides.iter().map(|o| format!(" {}", o.flag())).collect();
+    let file = &if flags.is_empty() { file.to_owned() } else { format!("{file} with{flags}") };
     check(&scenario, file)?;
-    let (table, family, intersections, members, doubts) =
-        match (&scenario.family.approaches, &scenario.family.points) {
-            (Some(path), None) => {
-                let table =
-                    table(path).map_err(|e| unreadable(e, file, "family.approaches", path))?;
-                let intersections = approaches::read(&table, path)?;
-                let (family, members) = derive(&scenario, &intersections, path)?;
-                let mut doubts = doubts::of_approaches(&intersections, &scenario.family);
-                doubts.extend(bins_without_effect);
-                scenario.family.inflows = counted_by_turn(&intersections, scenario.family.inflows);
-                (table, family, intersections, members, doubts)
-            }
-            (None, Some(path)) => {
-                let table = table(path).map_err(|e| unreadable(e, file, "family.points", path))?;
-                let family = points::read(&scenario.name, &table, path)?;
-                let members = vec![Vec::new(); family.points.len()];
-                let (intersections, doubts) = (vec![], doubts::of_points(&family));
-                (table, family, intersections, members, doubts)
-            }
-            (approaches, _) => {
-                return Err(FamilyError::Setting {
+    let (field, path, of_approaches) = match (&scenario.family.approaches, &scenario.family.points)
+    {
+        (Some(path), None) => ("family.approaches", path, true),
+        (None, Some(path)) => ("family.points", path, false),
+        (approaches, _) => {
+            let value = if approaches.is_some() { "approaches and points" } else { "no table" };
+            return Err(FamilyError::Setting {
                     file: file.to_owned(),
                     field: "family".into(),
-                    value: if approaches.is_some() { "approaches and points" } else { "no table" }
+                    value: value.into(),
+                    expected: "give exactly one of the two tables, such as points = \"points.csv\" or approaches = \
+                               \"approaches.csv\" in [family]"
                         .into(),
-                    expected:
-                        "give exactly one of the two tables, such as points = \"points.csv\" or \
-                           approaches = \"approaches.csv\" in [family]"
-                            .into(),
                 });
-            }
-        };
-    let plans = plans_of(&scenario, file, &tables)?;
+        }
+    };
+    let text_of = |path: &str| table(path).map_err(|e| unreadable(e, file, field, path));
+    let own = text_of(path)?;
+    let (family, members, intersections, mut doubts);
+    if of_approaches {
+        intersections = approaches::read(&own, path)?;
+        (family, members) = derive(&scenario, &intersections, path)?;
+        doubts = doubts::of_approaches(&intersections, &scenario.family);
+        doubts.extend(bins_without_effect);
+        scenario.family.inflows = counted_by_turn(&intersections, scenario.family.inflows);
+    } else {
+        family = points::read(&scenario.name, &own, path)?;
+        members = vec![Vec::new(); family.points.len()];
+        (intersections, doubts) = (vec![], doubts::of_points(&family));
+    }
+    let plans = plans_of(&scenario, file, table)?;
     let text = text.to_owned();
-    Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts, plans })
+    Ok(LoadedScenario { scenario, text, table: own, family, intersections, members, doubts, plans })
 }
 
 /// Returns the plans that a scenario names.
@@ -325,12 +303,6 @@ fn plans_of(
     existing::read(&text, path).map(Some)
 }
 
-/// Returns what messages call a scenario whose settings are replaced.
-fn with_flags(file: &str, overrides: &[Override]) -> String {
-    let flags: String = overrides.iter().map(|o| format!(" {}", o.flag())).collect();
-    if flags.is_empty() { file.to_owned() } else { format!("{file} with{flags}") }
-}
-
 /// Returns the settings of a scenario, and what of them has no effect.
 fn settings_of(
     text: &str,
@@ -340,8 +312,9 @@ fn settings_of(
 ) -> Result<(Scenario, Option<Doubt>), FamilyError> {
     let mut scenario: Scenario =
         toml::from_str(text).map_err(|e| wording::file_error::<Scenario>(file, text, &e))?;
+    let written: Table = text.parse().expect("it has just been read");
     // A name that is written and empty is the user's mistake, one that is not written is the file's.
-    if !text.parse::<Table>().is_ok_and(|table| table.contains_key("name")) {
+    if !written.contains_key("name") {
         scenario.name = name_of(file);
     }
     // Which preset counts is the last word of the scenario and of what replaces its settings.
@@ -351,13 +324,13 @@ fn settings_of(
         preset = scenario.preset;
     }
     if preset != Preset::default() {
-        scenario = with_preset(text, preset, overrides, file)?;
+        scenario = with_preset(&written, preset, overrides, file)?;
     }
-    // Real approaches stay what they are, unless somebody asks for the paper's six features.
     let says = |key: &str| {
-        text.parse::<Table>().is_ok_and(|table| family_has(&table, key))
+        written.get("family").is_some_and(|family| family.get(key).is_some())
             || overrides.iter().flat_map(Override::keys).any(|k| k == format!("family.{key}"))
     };
+    // Real approaches stay what they are, unless somebody asks for the paper's six features.
     let real = scenario.family.approaches.is_some() && scenario.family.points.is_none();
     if real && !says("detail") {
         scenario.family.detail = detail;
@@ -390,11 +363,6 @@ fn counted_by_turn(
     Some(said.map_or(of_table, |said| InflowSources { by_turn, ..said }))
 }
 
-/// Returns whether the text of a scenario sets something of its family.
-fn family_has(table: &Table, key: &str) -> bool {
-    table.get("family").and_then(|family| family.get(key)).is_some()
-}
-
 /// Derives the point MDPs of intersections, and per point MDP the intersections it stands for.
 fn derive(
     scenario: &Scenario,
@@ -403,20 +371,19 @@ fn derive(
 ) -> Result<(MdpFamily, Vec<Vec<usize>>), FamilyError> {
     let weights = period_weights(intersections, scenario.family.periods.as_ref(), file)?;
     let total: f64 = weights.iter().sum();
-    if scenario.family.detail == Detail::PerApproach {
+    let per_approach = scenario.family.detail == Detail::PerApproach;
+    if per_approach {
         for intersection in intersections {
             check_arms(intersection)
                 .map_err(|message| at(file, Fault { line: intersection.line, message }))?;
         }
     }
-    let groups: Vec<(String, SixFeatures, Vec<usize>)> = match scenario.family.detail {
-        Detail::SixFeatures => group(intersections, &scenario.family)
+    let groups: Vec<(String, SixFeatures, Vec<usize>)> = match per_approach {
+        false => group(intersections, &scenario.family)
             .into_iter()
             .map(|(features, members)| (point_id(&features), features, members))
             .collect(),
-        Detail::PerApproach => intersections
-            .iter()
-            .enumerate()
+        true => (intersections.iter().enumerate())
             .map(|(i, intersection)| {
                 let features = per_approach_features(intersection, &scenario.family);
                 (id_of_point(intersection), features, vec![i])
@@ -446,9 +413,9 @@ fn derive(
         .iter()
         .map(|(id, features, members)| PointMdp {
             id: id.clone(),
-            title: match scenario.family.detail {
-                Detail::SixFeatures => id.clone(),
-                Detail::PerApproach => called(id, &intersections[members[0]]),
+            title: match per_approach {
+                false => id.clone(),
+                true => called(id, &intersections[members[0]]),
             },
             features: features.to_array().to_vec(),
             importance: members.iter().map(|i| weights[*i]).sum::<f64>() / total,
@@ -461,7 +428,7 @@ fn derive(
         .iter()
         .map(|p| of_id.get(&*p.id).expect("points are made from groups").to_vec())
         .collect();
-    if scenario.family.detail == Detail::PerApproach {
+    if per_approach {
         let row = |members: &Vec<usize>| describing(&intersections[members[0]], &scenario.family);
         family.describing = members.iter().map(row).collect();
     }
@@ -475,38 +442,27 @@ fn period_weights(
     file: &str,
 ) -> Result<Vec<f64>, FamilyError> {
     let Some(hours) = hours else { return Ok(vec![1.0; intersections.len()]) };
-    let wrong = |value: String, expected: String| FamilyError::Setting {
-        file: file.to_owned(),
-        field: "family.periods".into(),
-        value,
-        expected,
-    };
-    for (period, hours) in hours {
-        if !(hours.is_finite() && *hours > 0.0) {
-            let expected = "expected hours per year above 0".to_owned();
-            return Err(wrong(format!("{period} = {hours}"), expected));
-        }
-        if !intersections.iter().any(|i| i.period == *period) {
-            let expected =
-                format!("no row of the table has the period {period}; remove it, or give it rows");
-            return Err(wrong(period.clone(), expected));
-        }
+    let rows = |period: &str| intersections.iter().any(|i| i.period == period);
+    let unfit =
+        hours.iter().find(|(period, hours)| !(hours.is_normal() && **hours > 0.0 && rows(period)));
+    if let Some((period, hours)) = unfit {
+        return Err(FamilyError::Setting {
+            file: file.to_owned(),
+            field: "family.periods".into(),
+            value: format!("{period} = {hours}"),
+            expected: "expected hours per year above 0, of a period that rows of the table have"
+                .into(),
+        });
     }
-    let of = |i: &Intersection| {
+    let weight = |i: &Intersection| {
         hours.get(&i.period).copied().ok_or_else(|| {
-            let message = match i.period.as_str() {
-                "" => format!(
-                    "intersection {} has no period, and family.periods has hours for periods; give the row one",
-                    i.id
-                ),
-                period => format!(
-                    "family.periods has no hours for the period {period}; add them to the scenario"
-                ),
-            };
+            let (id, period) = (&i.id, &i.period);
+            let message =
+                format!("intersection {id}: family.periods has no hours for its period {period:?}");
             at(file, Fault { line: i.line, message })
         })
     };
-    intersections.iter().map(of).collect()
+    intersections.iter().map(weight).collect()
 }
 
 /// Returns the number of an intersection, as UTDF numbers nodes. `007` is no number but a name, as `7` is another one.

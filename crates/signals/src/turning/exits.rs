@@ -27,10 +27,6 @@ pub(super) struct Directions<'a> {
 
 impl Directions<'_> {
     /// Whether the three exits of an approach are left, ahead and right by the names of directions, and not by bearings.
-    ///
-    /// # Arguments
-    ///
-    /// * `exits` — arms and turns by bearings, leftmost first.
     pub(super) fn name_exits(&self, heading: Heading, exits: &[(usize, Turn)]) -> bool {
         let by_name = FACING.map(|eighths| self.arm_of(turned(heading, eighths)));
         exits.len() == TURNS.len()

@@ -221,10 +221,6 @@ impl CountedIntersection {
 
 /// Returns which of some intersections a name means: the one that is called exactly so, else the only one whose name
 /// compares as the same; `None` if there is none.
-///
-/// # Errors
-///
-/// The intersections of which each may be meant, and the way out.
 pub(crate) fn meant<'a>(
     name: &str,
     ids: impl Iterator<Item = &'a str>,
@@ -260,24 +256,16 @@ pub(crate) fn comparable(id: &str) -> String {
 
 /// Returns when the busiest hours of a period are.
 fn summary(period: Option<&Period>, hours: &[Hour]) -> Option<String> {
-    let begins = || hours.iter().filter_map(|hour| hour.begin_min);
-    let (first, last) = (begins().min()?, begins().max()?);
+    let timed = || hours.iter().filter(|hour| hour.begin_min.is_some());
+    let first = timed().min_by_key(|hour| hour.begin_min)?;
+    let last = timed().max_by_key(|hour| hour.begin_min)?;
     let named = period.map_or_else(String::new, |p| format!("{}: ", p.name));
     let vehicles: f64 = hours.iter().map(Hour::total).sum();
-    let of = |begin: u32| {
-        hours
-            .iter()
-            .find(|hour| hour.begin_min == Some(begin))
-            .map_or_else(String::new, Hour::to_string)
-    };
-    let when = if first == last {
-        format!("busiest hour {}", of(first))
+    let when = if first.begin_min == last.begin_min {
+        format!("busiest hour {first}")
     } else {
-        format!(
-            "busiest hours from {} to {}",
-            of(first).replace(" to ", "-"),
-            of(last).replace(" to ", "-")
-        )
+        let [first, last] = [first, last].map(|hour| hour.to_string().replace(" to ", "-"));
+        format!("busiest hours from {first} to {last}")
     };
     Some(format!("  {named}{when}, {vehicles:.0} vehicles"))
 }
@@ -461,10 +449,6 @@ impl Joining {
     }
 
     /// Gives the people of an hour to the arms that they cross.
-    ///
-    /// # Arguments
-    ///
-    /// * `arm_of` — the arms that vehicles with a direction come from, if they have one.
     fn give_pedestrians(
         &mut self,
         hour: &Hour,

@@ -107,10 +107,6 @@ fn plain(name: &str) -> String {
 
 impl Layout {
     /// Returns the layouts that are known, or the one of a file.
-    ///
-    /// # Errors
-    ///
-    /// [`FamilyError::Csv`]: the file is no layout.
     pub(super) fn read(file: Option<&Path>) -> Result<Vec<Self>, FamilyError> {
         let known: Table = LAYOUTS.parse().expect("a test reads it");
         let own: Vec<Table> = match file {
@@ -176,10 +172,6 @@ impl Layout {
     }
 
     /// Returns the columns that a line names, alone or with the directions above it; `None` where it names none.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with a column that may count vehicles, or is there twice.
     pub(super) fn columns(&self, lines: &[Line], row: usize) -> Option<Result<Columns, String>> {
         if lines[row].fields().find(|f| !f.is_empty())?.starts_with(|c: char| c.is_ascii_digit()) {
             return None;

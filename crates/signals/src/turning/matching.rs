@@ -23,10 +23,6 @@ pub(crate) struct Matching {
 
 /// Returns the arms of an intersection that vehicles with these directions come from, as positions in `arms`. Where the names
 /// of all arms that lead to the signal begin with different directions, as those of UTDF do, these count, else the compass.
-///
-/// # Arguments
-///
-/// * `taken` — arms that other directions have.
 pub(crate) fn matched_arms(headings: &[Heading], arms: &[Approach], taken: &[usize]) -> Matching {
     let incoming: Vec<usize> = (0..arms.len()).filter(|i| arms[*i].lanes_in > 0).collect();
     if let Some(told) = Heading::told(incoming.iter().map(|i| arms[*i].arm.as_str())) {
@@ -43,10 +39,6 @@ pub(crate) fn matched_arms(headings: &[Heading], arms: &[Approach], taken: &[usi
 
 /// Returns the arms from which vehicles travel in these directions: each arm once, with the least sum of squared
 /// deviations.
-///
-/// # Arguments
-///
-/// * `bearings_deg` — from the centre to each arm that leads to the signal.
 fn matching(headings: &[Heading], bearings_deg: &[f64]) -> Matching {
     let mut search = Search { headings, bearings_deg, all: Vec::new() };
     search.extend(&mut Vec::new(), 0.0);

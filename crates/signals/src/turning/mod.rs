@@ -258,10 +258,6 @@ impl TurningCounts {
 }
 
 /// Returns the first layout that fits.
-///
-/// # Errors
-///
-/// What is wrong with the table.
 fn fit<'a>(layouts: &'a [Layout], lines: &[Line]) -> Result<&'a Layout, Fault> {
     let mut fault = None;
     for layout in layouts {

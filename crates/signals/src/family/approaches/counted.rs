@@ -26,14 +26,9 @@ use crate::settings::MIN_PEAK_HOUR_FACTOR;
 /// Columns of vehicles by turn.
 const VOLUMES: [&str; 3] = ["left_vph", "through_vph", "right_vph"];
 
-/// Columns of how they arrive and what they are.
-const MANNERS: [&str; 3] = ["peak_hour_factor", "quarter_hours", "heavy_vehicles"];
-
-/// Column of those who walk.
-const PEDESTRIANS: &str = "pedestrians_per_h";
-
-/// Column of vehicles by exit.
-const EXITS: &str = "exits_vph";
+/// Columns of how they arrive, what they are, who walks and where they go.
+const MANNERS: [&str; 5] =
+    ["peak_hour_factor", "quarter_hours", "heavy_vehicles", "pedestrians_per_h", "exits_vph"];
 
 /// Most exits of an approach.
 pub const MOST_EXITS: usize = MAX_ARMS - 1;
@@ -122,122 +117,74 @@ impl Arrivals {
 }
 
 /// Returns what a row says was counted; `None` where it says nothing.
-///
-/// # Errors
-///
-/// What is wrong with it, and the way out.
 pub(super) fn counted(row: &Row, columns: &Columns) -> Result<Option<Counted>, String> {
-    let given = |name: &str| columns.get(name).is_some_and(|at| !row.text(at).is_empty());
-    if !VOLUMES.iter().any(|name| given(name)) {
-        return match MANNERS.iter().chain([&PEDESTRIANS, &EXITS]).find(|name| given(name)) {
-            None => Ok(None),
-            Some(name) => Err(format!(
-                "{name} is of counted vehicles, and {} are empty; give them, or leave {name} empty",
-                VOLUMES.join(", ")
-            )),
-        };
+    let text = |name: &str| columns.get(name).map(|at| row.text(at)).unwrap_or_default();
+    if VOLUMES.iter().all(|name| text(name).is_empty()) {
+        let alone = MANNERS.into_iter().find(|name| !text(name).is_empty());
+        return alone.map_or(Ok(None), |name| {
+            let volumes = VOLUMES.join(", ");
+            Err(format!("{name} is of counted vehicles, and {volumes} are empty; give them, or leave {name} empty"))
+        });
     }
+    let number = |name: &str, low: f64, high: f64| {
+        if text(name).is_empty() {
+            return Ok(None);
+        }
+        let value = columns.optional_count(row, name)?.unwrap_or(f64::NAN);
+        let checked = within(value, low, high);
+        checked.map_err(|expected| format!("{name} = {value}: {expected}"))?;
+        Ok::<_, String>(Some(value))
+    };
     let volume = |name: &str| {
-        let number =
-            if columns.get(name).is_some() { columns.optional_count(row, name)? } else { None };
-        let volume = number.ok_or_else(|| {
+        number(name, 0.0, MOST_VPH)?.ok_or_else(|| {
             format!("{name} is empty beside other counted turns; write 0 if nobody was counted")
-        })?;
-        within(volume, 0.0, MOST_VPH)
-            .map_err(|expected| format!("{name} = {volume}: {expected}"))?;
-        Ok::<f64, String>(volume)
+        })
     };
     let [left_vph, through_vph, right_vph] = VOLUMES.map(volume);
     let (left_vph, through_vph, right_vph) = (left_vph?, through_vph?, right_vph?);
-    let factor = optional(row, columns, "peak_hour_factor", MIN_PEAK_HOUR_FACTOR, 1.0)?;
-    let quarters = match columns.get("quarter_hours").map(|at| row.text(at)).unwrap_or_default() {
-        "" => None,
-        text => Some(quarter_hours(text)?),
+    let several = |name: &str, most: usize| {
+        numbers(name, text(name), most, left_vph + through_vph + right_vph)
     };
-    let arrivals = match (factor, quarters) {
+    let quarters = several("quarter_hours", 4)?.map(|quarters| match quarters[..] {
+        [a, b, c, d] if a + b + c + d > 0.0 => Ok(Arrivals::QuarterHours([a, b, c, d])),
+        _ => Err("quarter_hours: expected the vehicles of four quarters, not all of them 0, such as 110 140 130 120"),
+    });
+    let factor = number("peak_hour_factor", MIN_PEAK_HOUR_FACTOR, 1.0)?;
+    let arrivals = match (factor, quarters.transpose()?) {
         (Some(_), Some(_)) => {
             return Err(
                 "peak_hour_factor and quarter_hours both say when vehicles come; leave one empty"
                     .into(),
             );
         }
-        (Some(factor), None) => Some(Arrivals::PeakHourFactor(factor)),
-        (None, quarters) => quarters.map(Arrivals::QuarterHours),
+        (factor, quarters) => factor.map(Arrivals::PeakHourFactor).or(quarters),
     };
-    if let Some(quarters) = quarters {
-        let (sum, total) = (quarters.iter().sum::<f64>(), left_vph + through_vph + right_vph);
-        if (sum - total).abs() > ROUNDING_VEH + ROUNDING * total {
-            return Err(format!(
-                "quarter_hours sum up to {sum}, and the turns to {total}; correct one of the two"
-            ));
-        }
-    }
-    let heavy_vehicles = optional(row, columns, "heavy_vehicles", 0.0, 1.0)
+    let heavy_vehicles = number("heavy_vehicles", 0.0, 1.0)
         .map_err(|e| format!("{e}; it is a share: 0.03 for 3%"))?;
-    let pedestrians_per_h = optional(row, columns, PEDESTRIANS, 0.0, MOST_PEDESTRIANS_PER_H)?;
-    let exits_vph = match columns.get(EXITS).map(|at| row.text(at)).unwrap_or_default() {
-        "" => None,
-        text => Some(by_exit(text, left_vph + through_vph + right_vph)?),
-    };
+    let pedestrians_per_h = number("pedestrians_per_h", 0.0, MOST_PEDESTRIANS_PER_H)?;
+    let exits_vph = several("exits_vph", MOST_EXITS)?
+        .map(|given| std::array::from_fn(|exit| given.get(exit).copied().unwrap_or(0.0)));
     let volumes = Counted { left_vph, through_vph, right_vph, ..Counted::default() };
     Ok(Some(Counted { arrivals, heavy_vehicles, pedestrians_per_h, exits_vph, ..volumes }))
 }
 
-fn optional(
-    row: &Row,
-    columns: &Columns,
-    name: &str,
-    low: f64,
-    high: f64,
-) -> Result<Option<f64>, String> {
-    if columns.get(name).is_none() {
+/// Returns the vehicles of a field with several numbers, whose sum is that of the turns.
+fn numbers(name: &str, text: &str, most: usize, total: f64) -> Result<Option<Vec<f64>>, String> {
+    if text.is_empty() {
         return Ok(None);
     }
-    let Some(value) = columns.optional(row, name)? else { return Ok(None) };
-    within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))?;
-    Ok(Some(value))
-}
-
-/// Returns the vehicles of four quarters.
-fn quarter_hours(text: &str) -> Result<[f64; 4], String> {
-    let wrong = || {
-        format!(
-            "quarter_hours = {text:?}: expected the vehicles of four quarters, not all of them 0, between blanks, \
-             such as 110 140 130 120"
-        )
-    };
-    let quarters: Vec<f64> = text
-        .split_whitespace()
-        .map(|word| word.parse().ok().filter(|n: &f64| n.is_finite() && *n >= 0.0))
-        .collect::<Option<_>>()
-        .ok_or_else(wrong)?;
-    let quarters: [f64; 4] = quarters.try_into().map_err(|_| wrong())?;
-    if quarters.iter().sum::<f64>() > 0.0 { Ok(quarters) } else { Err(wrong()) }
-}
-
-/// Returns the vehicles to each exit of an approach with so many vehicles.
-fn by_exit(text: &str, total_vph: f64) -> Result<[f64; MOST_EXITS], String> {
-    let words: Vec<Option<f64>> = text
-        .split_whitespace()
-        .map(|word| word.parse().ok().filter(|n: &f64| n.is_finite() && *n >= 0.0))
-        .collect();
-    if words.len() > MOST_EXITS || words.contains(&None) {
+    let number = |word: &str| word.parse().ok().filter(|n: &f64| n.is_finite() && *n >= 0.0);
+    let numbers: Option<Vec<f64>> = text.split_whitespace().map(number).collect();
+    let numbers = numbers.filter(|numbers| numbers.len() <= most).ok_or_else(|| {
+        format!("{name} = {text:?}: expected at most {most} numbers of vehicles between blanks, such as 110 140 130")
+    })?;
+    let sum = numbers.iter().sum::<f64>();
+    if (sum - total).abs() > ROUNDING_VEH + ROUNDING * total {
         return Err(format!(
-            "{EXITS} = {text:?}: expected the vehicles to each exit, leftmost first and at most {MOST_EXITS}, between \
-             blanks, such as 80 310 45"
+            "{name} sum up to {sum}, and the turns to {total}; correct one of the two"
         ));
     }
-    let mut exits_vph = [0.0; MOST_EXITS];
-    for (exit, vph) in exits_vph.iter_mut().zip(words.into_iter().flatten()) {
-        *exit = vph;
-    }
-    let sum = exits_vph.iter().sum::<f64>();
-    if (sum - total_vph).abs() > ROUNDING_VEH + ROUNDING * total_vph {
-        return Err(format!(
-            "{EXITS} sum up to {sum}, and the turns to {total_vph}; correct one of the two"
-        ));
-    }
-    Ok(exits_vph)
+    Ok(Some(numbers))
 }
 
 #[cfg(test)]
@@ -270,10 +217,11 @@ mod tests {
 
     #[test]
     fn vehicles_by_exit_are_those_of_the_turns() {
-        assert_eq!(by_exit("80 310 45", 435.0), Ok([80.0, 310.0, 45.0, 0.0, 0.0]));
+        let by_exit = |text, total| numbers("exits_vph", text, MOST_EXITS, total);
+        assert_eq!(by_exit("80 310 45", 435.0), Ok(Some(vec![80.0, 310.0, 45.0])));
         assert!(by_exit("80 310", 435.0).unwrap_err().contains("the turns to 435"));
         assert!(by_exit("1 2 3 4 5 6", 21.0).unwrap_err().contains("at most 5"));
-        assert!(by_exit("80 many", 80.0).unwrap_err().contains("such as 80 310 45"));
+        assert!(by_exit("80 many", 80.0).unwrap_err().contains("expected at most 5 numbers"));
     }
 
     #[test]
@@ -288,13 +236,13 @@ mod tests {
         assert!(
             wrong("1,0,0,0.2,,").contains("peak_hour_factor = 0.2: expected a number from 0.25")
         );
-        assert!(wrong("1,0,0,0.9,1 2 3 4,").contains("leave one empty"));
+        assert!(wrong("1,0,0,0.9,1 0 0 0,").contains("leave one empty"));
         assert!(
             wrong("65,0,0,,30 30 30 30,")
                 .ends_with("sum up to 120, and the turns to 65; correct one of the two")
         );
-        assert!(wrong("1,0,0,,1 2 3,").contains("such as 110 140 130 120"));
-        assert!(wrong("1,0,0,,0 0 0 0,").contains("not all of them 0"));
+        assert!(wrong("1,0,0,,1 0 0,").contains("such as 110 140 130 120"));
+        assert!(wrong("0,0,0,,0 0 0 0,").contains("not all of them 0"));
         assert!(wrong("1,0,0,,,5").ends_with("it is a share: 0.03 for 3%"));
     }
 }

@@ -16,14 +16,6 @@ const MIN_COUNTED: usize = 3;
 
 /// Gives every arm of intersections a count. An arm that only leads away needs none and keeps 0 if it has
 /// none; neither does an arm whose turns were counted, because nothing reads its daily count.
-///
-/// # Arguments
-///
-/// * `otherwise` — the count of an arm where the table has none at all; without it that is an error.
-///
-/// # Errors
-///
-/// What to do when a count is missing and no arm is counted.
 pub(super) fn impute(
     intersections: &mut [Intersection],
     otherwise: Option<f64>,

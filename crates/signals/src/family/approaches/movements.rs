@@ -13,10 +13,6 @@ const BETWEEN: [char; 5] = [' ', ',', ';', '/', '+'];
 const KNOWN: [char; 5] = ['l', 's', 't', 'r', 'u'];
 
 /// Returns the letters in lower case, each once, without what separates them.
-///
-/// # Errors
-///
-/// The first character that is no such letter.
 pub(super) fn letters(text: &str) -> Result<String, String> {
     let mut letters = String::new();
     for c in text.chars().filter(|c| !BETWEEN.contains(c)) {

@@ -136,9 +136,12 @@ fn an_intersection_is_a_point_mdp_in_every_period_and_counts_by_its_hours() {
 #[test]
 fn periods_and_their_hours_must_fit_together() {
     let refused = |periods: &str| with_periods(periods).unwrap_err();
-    assert!(refused("periods = { am = 500 }\n").contains("no hours for the period pm"));
+    assert!(refused("periods = { am = 500 }\n").contains("no hours for its period \"pm\""));
     let unknown = refused("periods = { am = 1, pm = 1, night = 1 }\n");
-    assert!(unknown.contains("no row of the table has the period night"), "{unknown}");
+    assert!(
+        unknown.contains("night = 1: expected hours per year above 0, of a period"),
+        "{unknown}"
+    );
     assert!(refused("periods = { am = 0, pm = 1 }\n").contains("hours per year above 0"));
 }
 
