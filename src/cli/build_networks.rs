@@ -212,10 +212,6 @@ pub(super) fn next(folder: &Path, points: usize, name: &str) -> String {
 }
 
 /// Returns the network of a point MDP, which is built if it is missing.
-///
-/// # Arguments
-///
-/// * `folder` — of the networks.
 pub(super) fn network(
     loaded: &LoadedScenario,
     point: &str,

@@ -66,15 +66,23 @@ impl ControllersArgs {
 
     /// Returns the names of the saved models.
     pub(super) fn model_names(&self) -> Vec<String> {
-        let name = |given: &String| Some(given.split_once('=')?.0.to_owned());
-        self.models.iter().filter_map(name).collect()
+        self.models.iter().map(|given| name_of(given)).collect()
+    }
+
+    /// Returns all that were given, each with its option.
+    fn given(&self) -> impl Iterator<Item = (&'static str, &String)> {
+        let options = [
+            ("--controller", &self.controllers),
+            ("--controller-results", &self.results),
+            ("--plan-file", &self.plans),
+            ("--model", &self.models),
+        ];
+        options.into_iter().flat_map(|(option, all)| all.iter().map(move |given| (option, given)))
     }
 
     /// Returns the names of all that were given.
     pub(super) fn names(&self) -> impl Iterator<Item = String> {
-        let all = self.controllers.iter().chain(&self.results).chain(&self.plans);
-        let all = all.chain(&self.models);
-        all.filter_map(|given| Some(given.split_once('=')?.0.to_owned()))
+        self.given().map(|(_, given)| name_of(given))
     }
 
     /// Refuses controllers of signals where something else is evaluated, and a limit that nothing is subject to.
@@ -113,28 +121,17 @@ impl ControllersArgs {
             Some(program) => program.into(),
             None => std::env::current_exe().context("cannot find this program")?,
         };
-        let mut own: Vec<(String, Vec<OsString>)> = Vec::new();
-        let options = [
-            ("--controller", &self.controllers),
-            ("--controller-results", &self.results),
-            ("--plan-file", &self.plans),
-            ("--model", &self.models),
-        ];
-        for (option, values) in options {
-            for given in values {
-                let name = given.split_once('=').map_or(given.as_str(), |(name, _)| name);
-                let mut arguments: Vec<OsString> = vec![option.into(), given.into()];
-                if self.answer_timeout != ANSWER_TIMEOUT_S && is_command(given) {
-                    let timeout = self.answer_timeout.to_string();
-                    arguments.extend(["--answer-timeout".into(), timeout.into()]);
-                }
-                own.push((name.to_owned(), arguments));
+        let own = self.given().map(|(option, given)| {
+            let mut arguments: Vec<OsString> = vec![option.into(), given.into()];
+            if self.answer_timeout != ANSWER_TIMEOUT_S && is_command(given) {
+                let timeout = self.answer_timeout.to_string();
+                arguments.extend(["--answer-timeout".into(), timeout.into()]);
             }
-        }
-        let name =
-            |given: &String| given.split_once('=').map_or(given.as_str(), |g| g.0).to_owned();
-        let learners = self.models.iter().map(|given| Ok((name(given), learner_of(given)?)));
+            (name_of(given), arguments)
+        });
+        let learners = self.models.iter().map(|given| Ok((name_of(given), learner_of(given)?)));
         let learners = learners.collect::<anyhow::Result<_>>()?;
+        let own = own.collect();
         Ok(Launcher { program, first: start.collect(), own, learners })
     }
 
@@ -157,6 +154,11 @@ impl ControllersArgs {
     }
 }
 
+/// Returns the name of what was given as `NAME=...`.
+fn name_of(given: &str) -> String {
+    given.split_once('=').map_or(given, |(name, _)| name).to_owned()
+}
+
 /// Returns whether a controller that was given is a command.
 fn is_command(given: &str) -> bool {
     given.contains("=exec:")
@@ -164,12 +166,6 @@ fn is_command(given: &str) -> bool {
 
 /// Makes the methods known that a command is about: the program's, those that were given, and those that only the
 /// results directory has, which can be read and not played.
-///
-/// # Arguments
-///
-/// * `given` — what the command line says of them.
-/// * `dir` — the results directory that the command only reads or goes on with.
-/// * `start` — how this program is started again; empty for its executable alone.
 pub(super) fn set_up(
     (given, dir): (Option<&ControllersArgs>, Option<&Path>),
     mut traffic: Traffic,

@@ -1,6 +1,5 @@
 //! Folders that are written into: one with something else in it is refused without `--force`.
 
-use std::ffi::OsString;
 use std::fs;
 use std::io::Read;
 use std::path::Path;
@@ -23,66 +22,42 @@ const NAMED: usize = 3;
 pub(super) struct Kind {
     what: &'static str,
     own: fn(&str) -> bool,
-    /// Whether all files have to be of the kind, not just one.
-    all: bool,
+}
+
+const fn kind(what: &'static str, own: fn(&str) -> bool) -> Kind {
+    Kind { what, own }
 }
 
 /// What `run` writes.
-pub(super) const RESULTS: Kind = Kind {
-    what: "results directory",
-    own: |name| ["manifest.json", "lock.json"].contains(&name),
-    all: false,
-};
+pub(super) const RESULTS: Kind =
+    kind("results directory", |name| ["manifest.json", "lock.json"].contains(&name));
 
 /// What `build-networks` writes.
-pub(super) const NETWORKS: Kind =
-    Kind { what: "folder of networks", own: |name| name == BY_HASH, all: false };
+pub(super) const NETWORKS: Kind = kind("folder of networks", |name| name == BY_HASH);
 
-/// What `build-networks --osm` writes.
-pub(super) const CITY: Kind = Kind {
-    what: "folder that build-networks --osm wrote",
-    // Networks are there first, and alone if it was interrupted.
-    own: |name| {
-        ["scenario.toml", "approaches.csv", "quality.json"].contains(&name)
-            || Preset::value_variants().iter().any(|preset| networks_folder(*preset) == name)
-    },
-    all: false,
-};
-
-/// What `signals --svg` writes.
-pub(super) const DRAWINGS: Kind =
-    Kind { what: "folder of drawings", own: |name| name.ends_with(".svg"), all: true };
+/// What `build-networks --osm` writes: networks are there first, and alone if it was interrupted.
+pub(super) const CITY: Kind = kind("folder that build-networks --osm wrote", |name| {
+    ["scenario.toml", "approaches.csv", "quality.json"].contains(&name)
+        || Preset::value_variants().iter().any(|preset| networks_folder(*preset) == name)
+});
 
 /// What `routes` writes of an episode.
-pub(super) const EPISODE: Kind =
-    Kind { what: "folder that routes wrote", own: |name| name == "episode.sumocfg", all: false };
+pub(super) const EPISODE: Kind = kind("folder that routes wrote", |name| name == "episode.sumocfg");
 
-/// What `report` writes.
-pub(super) const REPORT: Kind = Kind {
-    what: "folder that report wrote",
-    // With --against, all of a report is in a folder of it.
-    own: |name| name == "scores.csv" || name.starts_with("against-"),
-    all: false,
-};
+/// What `report` writes; with `--against`, all of it is in a folder of it.
+pub(super) const REPORT: Kind =
+    kind("folder that report wrote", |name| name == "scores.csv" || name.starts_with("against-"));
 
 /// What `estimate` writes.
-pub(super) const ESTIMATE: Kind =
-    Kind { what: "folder that estimate wrote", own: |name| name == "errors.csv", all: false };
+pub(super) const ESTIMATE: Kind = kind("folder that estimate wrote", |name| name == "errors.csv");
 
 /// What `sensitivity` writes.
-pub(super) const SENSITIVITY: Kind = Kind {
-    what: "folder that sensitivity wrote",
-    own: |name| name == "distributions.csv",
-    all: false,
-};
+pub(super) const SENSITIVITY: Kind =
+    kind("folder that sensitivity wrote", |name| name == "distributions.csv");
 
 impl Kind {
     /// Checks that a folder is missing, empty or of the kind, or that it is to be written in spite of
     /// that.
-    ///
-    /// # Errors
-    ///
-    /// What else is in it, and the way out; `flag` is what named it.
     pub(super) fn check(&self, path: &Path, flag: &str, force: Option<bool>) -> anyhow::Result<()> {
         if path.exists() && !path.is_dir() {
             let path = path.display();
@@ -92,14 +67,12 @@ impl Kind {
             return Ok(());
         }
         let entries = fs::read_dir(path).map_err(FileError::at("read", path))?;
-        let names: Vec<OsString> = entries.flatten().map(|e| e.file_name()).collect();
-        let mut names: Vec<String> =
-            names.iter().map(|n| n.to_string_lossy().into_owned()).collect();
+        let names = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned());
+        let mut names: Vec<String> = names.collect();
         names.retain(|name| !NOTHING.contains(&name.as_str()));
         names.sort();
         let own = |name: &String| (self.own)(name);
-        let fine = if self.all { names.iter().all(own) } else { names.iter().any(own) };
-        if names.is_empty() || fine {
+        if names.is_empty() || names.iter().any(own) {
             return Ok(());
         }
         let mut others = names.into_iter().filter(|name| !own(name));
@@ -118,15 +91,6 @@ impl Kind {
 }
 
 /// Refuses to replace a file that is not what this command writes.
-///
-/// # Arguments
-///
-/// * `begins` — how files of the kind begin, one of several.
-/// * `what` — what messages call the kind.
-///
-/// # Errors
-///
-/// What is there and the way out; `flag` is what named it.
 pub(super) fn check_file(
     path: &Path,
     flag: &str,
@@ -187,8 +151,6 @@ mod tests {
         assert_eq!(check(&[".gitkeep"], &RESULTS, Some(false)), None);
         assert_eq!(check(&["manifest.json", "notes.md"], &RESULTS, Some(false)), None);
         assert_eq!(check(&["by-hash", "busy"], &NETWORKS, None), None);
-        assert_eq!(check(&["00-a.svg", "01-b.svg"], &DRAWINGS, Some(false)), None);
-        assert!(check(&["00-a.svg", "x.txt"], &DRAWINGS, Some(false)).unwrap().contains("x.txt"));
     }
 
     #[test]

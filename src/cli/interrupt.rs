@@ -22,10 +22,6 @@ fn signals() -> impl Iterator<Item = i32> {
 }
 
 /// Returns a flag that signals to stop set from now on. A flag needs no thread, which a limit may refuse.
-///
-/// # Errors
-///
-/// When the signals cannot be heard.
 pub(super) fn interrupted() -> io::Result<Arc<AtomicBool>> {
     let flag = Arc::new(AtomicBool::new(false));
     for signal in signals() {
@@ -36,10 +32,6 @@ pub(super) fn interrupted() -> io::Result<Arc<AtomicBool>> {
 
 /// Returns what says from now on whether signals ask a task to stop. They end the process while there is nothing that
 /// it would keep.
-///
-/// # Errors
-///
-/// When the signals cannot be heard.
 pub(super) fn stop() -> io::Result<Stop> {
     let stop = Stop::default();
     for signal in signals() {

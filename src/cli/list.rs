@@ -63,10 +63,6 @@ pub(super) fn run(args: &ListArgs) -> anyhow::Result<u8> {
 }
 
 /// Prints a family.
-///
-/// # Arguments
-///
-/// * `loaded` — what it was made of, for traffic signals: its point MDPs stand for real intersections.
 fn print(
     args: &ListArgs,
     family: &MdpFamily,
@@ -93,10 +89,6 @@ fn print(
 }
 
 /// Returns a row per point MDP.
-///
-/// # Arguments
-///
-/// * `real` — whether they stand for real intersections.
 fn points(family: &MdpFamily, real: bool) -> Table {
     let mut columns = Columns::<&PointMdp>::new().text("point", "point", |p| p.id.clone()).column(
         "importance",

@@ -174,10 +174,6 @@ pub fn main_of(program: Program, args: Vec<OsString>) -> u8 {
 }
 
 /// Runs a command and returns its exit code.
-///
-/// # Errors
-///
-/// Whatever made the command impossible; [`exit::code`] tells its exit code.
 fn run(cli: Cli) -> anyhow::Result<u8> {
     if let Command::BuildNetworks(args) = &cli.command
         && let Some(jobs) = args.jobs

@@ -79,11 +79,6 @@ pub(super) struct Monitor<'d> {
 
 impl<'d> Monitor<'d> {
     /// Returns a monitor of the tasks to do.
-    ///
-    /// # Arguments
-    ///
-    /// * `domain` — what is evaluated.
-    /// * `done` — what earlier runs have done.
     pub(super) fn new<'a>(
         todo: impl IntoIterator<Item = (Task, TaskEffort)>,
         domain: &'d dyn Domain,

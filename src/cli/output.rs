@@ -12,21 +12,12 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
 
 /// Writes one line to standard output.
-///
-/// # Errors
-///
-/// Those of [`write`].
 pub(super) fn line(text: impl std::fmt::Display) -> std::io::Result<()> {
     write(format!("{}\n", plain(&text.to_string())).as_bytes())
 }
 
 /// Writes bytes to standard output. A reader that has gone, as `head` does, has enough: the work and its exit code are the
 /// same as with one that stays.
-///
-/// # Errors
-///
-/// The operating system's, but for a closed pipe; they say where it happened, since a full standard output is no full
-/// results disk.
 pub(super) fn write(text: &[u8]) -> std::io::Result<()> {
     match std::io::stdout().write_all(text) {
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),

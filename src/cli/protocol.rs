@@ -19,10 +19,6 @@ pub(super) struct Protocol(Arc<Mutex<File>>);
 impl Protocol {
     /// Takes over standard output; what is written there from now on, by simulators and methods of somebody's own, goes
     /// to standard error, which is the log. Processes that they start do not inherit the pipe.
-    ///
-    /// # Errors
-    ///
-    /// When the system has no descriptor left.
     pub(super) fn begin() -> io::Result<Self> {
         let pipe = fcntl_dupfd_cloexec(stdout(), BEYOND_STANDARD)?;
         dup2_stdout(stderr())?;

@@ -137,16 +137,12 @@ fn episode(args: &RoutesArgs, dir: &Path, method: &str) -> anyhow::Result<u8> {
 fn point_of<'a>(identity: &'a Identity, dir: &Path, name: &str) -> anyhow::Result<&'a PointRow> {
     let points = &identity.points;
     let is = |p: &&PointRow| p.point == name || p.title == name;
-    let found = points.iter().find(is);
-    Ok(found.ok_or_else(|| {
-        let names: Vec<&str> = points.iter().map(|p| p.point.as_str()).collect();
-        let hint = did_you_mean(name, names.iter().copied());
-        let some = names.iter().take(3).copied().collect::<Vec<_>>().join(", ");
+    Ok(points.iter().find(is).ok_or_else(|| {
+        let hint = did_you_mean(name, points.iter().map(|p| p.point.as_str()));
+        let (dir, first) = (dir.display(), points.first().map_or("none", |p| &p.point));
         Refused(format!(
-            "{} has no point MDP {:?}{hint}; it has {some}{}",
-            dir.display(),
-            name,
-            if names.len() > 3 { format!(" and {} more", names.len() - 3) } else { String::new() }
+            "{dir} has no point MDP {name:?}{hint}; it has {} such as {first}",
+            points.len()
         ))
     })?)
 }

@@ -74,10 +74,6 @@ impl ScenarioArg {
     }
 
     /// Loads a scenario of traffic signals.
-    ///
-    /// # Errors
-    ///
-    /// Also for a scenario of another domain, which the subcommand does not serve.
     pub(super) fn signals(&self, settings: &[Override]) -> anyhow::Result<LoadedScenario> {
         self.check_signals()?;
         self.say_which();
@@ -95,10 +91,6 @@ impl ScenarioArg {
     }
 
     /// Loads a scenario of traffic signals to which turning counts are given.
-    ///
-    /// # Errors
-    ///
-    /// As [`ScenarioArg::signals`], and for a scenario without approaches.
     pub(super) fn uncounted(&self) -> anyhow::Result<Uncounted> {
         self.check_signals()?;
         Ok(load_uncounted(&self.scenario, &self.settings()).map_err(with_others)?)

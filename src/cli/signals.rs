@@ -1,6 +1,5 @@
-//! `tsc-family signals`: what is derived of a scenario's signals, as text, JSON lines or drawings.
+//! `tsc-family signals`: what is derived of a scenario's signals, as text or JSON lines.
 
-mod drawing;
 mod look;
 mod text;
 
@@ -8,14 +7,12 @@ use std::path::{Path, PathBuf};
 
 use self::look::look;
 use super::build_networks::network;
-use super::folder::DRAWINGS;
 use super::output::{line, note};
 use super::point::unknown_point;
 use super::scenario::ScenarioArg;
 use super::sumocfg_options::SumocfgArgs;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
-use crate::files::{make_folder, write_atomically};
 use crate::traffic::city::folder::default_folder;
 
 /// `tsc-family signals`.
@@ -29,7 +26,6 @@ Shows for each signal:
 
 Examples:
   tsc-family signals city/a.sumocfg
-  tsc-family signals city/a.sumocfg --svg drawings
   tsc-family signals busy smoke --json")]
 pub struct SignalsArgs {
     /// SUMO configuration, or id of a point MDP; its network is built if it is missing
@@ -44,12 +40,6 @@ pub struct SignalsArgs {
     /// Folder of the networks [default: networks/NAME of the scenario]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
-    /// Folder to draw each signal to, as NUMBER-ID.svg
-    #[arg(long, value_name = "DIR")]
-    pub svg: Option<PathBuf>,
-    /// Draw into a folder that holds other files
-    #[arg(long, requires = "svg")]
-    pub force: bool,
     /// Print JSON lines: one per signal
     #[arg(long)]
     pub json: bool,
@@ -58,9 +48,6 @@ pub struct SignalsArgs {
 pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
     let loaded = args.scenario.signals(&args.scenario.settings())?;
     let path = Path::new(&args.place);
-    if let Some(folder) = &args.svg {
-        DRAWINGS.check(folder, "--svg", Some(args.force))?;
-    }
     let imported = path.is_file() || path.extension().is_some_and(|e| e == "sumocfg");
     if imported && args.networks.is_some() {
         return Err(
@@ -96,30 +83,5 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
             false => line(left_alone)?,
         }
     }
-    if let Some(folder) = &args.svg {
-        make_folder(folder)?;
-        for number in 0..look.signals.len() {
-            let path = folder.join(file_name(number, &look.scene.signals[number].id));
-            let drawing = drawing::svg(&look, number);
-            write_atomically(&path, drawing.as_bytes())?;
-        }
-        note(format!("drawings: {} in {}", look.signals.len(), folder.display()));
-    }
     Ok(exit::DONE)
-}
-
-/// Returns a file name that any file system takes.
-fn file_name(number: usize, id: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
-    format!("{number:02}-{}.svg", id.chars().map(plain).collect::<String>())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_file_name_has_plain_letters_only() {
-        assert_eq!(file_name(3, "a/b#1 ü"), "03-a_b_1__.svg");
-    }
 }

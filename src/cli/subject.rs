@@ -128,10 +128,6 @@ impl Subject {
     }
 
     /// Returns what is to be warned of: saved models that were trained with another timing of signals.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with a model.
     pub(super) fn models_elsewhere(&self, given: &ControllersArgs) -> anyhow::Result<Vec<String>> {
         let Self::Signals(problem) = self else { return Ok(Vec::new()) };
         let scenario = &problem.loaded.scenario;
@@ -151,18 +147,16 @@ impl Subject {
 
     /// Whether preparing builds something.
     pub(super) fn builds(&self) -> bool {
-        match self {
-            Self::Signals(problem) => !problem.is_imported(),
-            Self::Other(..) => false,
-        }
+        matches!(self, Self::Signals(problem) if !problem.is_imported())
     }
 
     /// Refuses to write into a folder of something else.
     pub(super) fn check_folder(&self) -> anyhow::Result<()> {
         match self {
-            Self::Other(..) => Ok(()),
-            Self::Signals(problem) if problem.is_imported() => Ok(()),
-            Self::Signals(problem) => NETWORKS.check(&problem.networks, "--networks", None),
+            Self::Signals(problem) if self.builds() => {
+                NETWORKS.check(&problem.networks, "--networks", None)
+            }
+            _ => Ok(()),
         }
     }
 
@@ -193,10 +187,6 @@ impl Subject {
     }
 
     /// Looks at imported scenarios and returns what is to be said of them.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError::Obstacles`] with all that is in their way, and what keeps SUMO from being used.
     pub(super) fn examine(&self) -> Result<&[String], SimError> {
         match self {
             Self::Signals(problem) => problem.examine(),
@@ -245,25 +235,24 @@ fn has_plans(args: &RunArgs, problem: &SignalProblem, draft: &Draft) -> Result<(
 }
 
 /// Refuses what has no effect on other domains than traffic signals.
-fn without_effect(args: &RunArgs, domain: &str) -> anyhow::Result<()> {
-    let refuse = |flag: &str, reason: &str| -> anyhow::Result<()> {
-        Err(Refused(format!("{flag} has no effect on {domain}: {reason}")).into())
-    };
-    if !args.sumocfg.is_empty() {
-        return refuse("--sumocfg", "it is not simulated by SUMO; leave out one of the two");
+fn without_effect(args: &RunArgs, domain: &str) -> Result<(), Refused> {
+    let total = "its methods have settings of their own for that, such as total_steps; give --set";
+    let given = [
+        (
+            !args.sumocfg.is_empty(),
+            "--sumocfg",
+            "it is not simulated by SUMO; leave out one of the two",
+        ),
+        (args.networks.is_some(), "--networks", "it has no networks; leave it out"),
+        (args.existing.is_some(), "--existing", "it has no signals; leave it out"),
+        (args.episodes.is_some(), "--episodes", total),
+    ];
+    match given.into_iter().find(|(is_given, ..)| *is_given) {
+        None => Ok(()),
+        Some((_, flag, reason)) => {
+            Err(Refused(format!("{flag} has no effect on {domain}: {reason}")))
+        }
     }
-    if args.networks.is_some() {
-        return refuse("--networks", "it has no networks; leave it out");
-    }
-    if args.existing.is_some() {
-        return refuse("--existing", "it has no signals; leave it out");
-    }
-    if args.episodes.is_some() {
-        let reason =
-            "its methods have settings of their own for that, such as total_steps; give --set";
-        return refuse("--episodes", reason);
-    }
-    Ok(())
 }
 
 /// Loads the scenario with the settings of `--episodes` and `--set`.

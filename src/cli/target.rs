@@ -29,10 +29,6 @@ impl Target {
 
     /// Checks, before anything is computed, that the folder can be written, is not reached through a link and holds
     /// nothing else.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with it and the way out.
     pub(super) fn check(&self, kind: &Kind) -> anyhow::Result<()> {
         if self.is_given {
             kind.check(&self.folder, "--out", None)?;

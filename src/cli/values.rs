@@ -57,10 +57,6 @@ pub(super) fn minutes(text: &str) -> Result<f64, String> {
 }
 
 /// Reads a seed.
-///
-/// # Errors
-///
-/// What is expected.
 pub(super) fn parse_seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
 }

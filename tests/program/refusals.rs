@@ -80,7 +80,6 @@ fn commands_with_wrong_values_say_what_to_give() {
                 "run smoke --methods baseline --eval-seeds 1 --out thesis",
                 "run smoke --methods baseline --eval-seeds 1 --networks thesis",
                 "build-networks smoke --quiet --out thesis",
-                "signals busy smoke --svg thesis",
                 "routes smoke --point busy --seed 1 --out no.sumocfg",
             ],
         ),

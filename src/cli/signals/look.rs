@@ -7,20 +7,20 @@ use osm_signals::DrivingSide;
 use osm_signals::Turn;
 use serde_json::{Value, json};
 
-use crate::traffic::env::derive::DerivedSignal;
 use crate::traffic::env::side::driving_side;
 use crate::traffic::env::warnings::{folded, warnings};
 use crate::traffic::settings::SignalSettings;
 use crate::traffic::sim::error::SimError;
 use crate::traffic::sim::intake::Intake;
 use crate::traffic::sim::obstacle::{Given, in_words};
+use crate::traffic::sim::topology::edge;
 use crate::traffic::simulator::{Loaded, load};
 use crate::traffic::vocabulary::Light;
 
 /// The signals of a scenario and the network around them.
 pub(super) struct Look {
     /// Distance up to which controllers see, metres.
-    pub(super) detection_m: f64,
+    detection_m: f64,
     /// Side of the street that traffic keeps to; movements and turns are those of right-hand traffic.
     pub(super) side: DrivingSide,
     /// What is to be said of the scenario beside its signals.
@@ -37,10 +37,6 @@ impl Deref for Look {
 }
 
 /// Loads a scenario and derives its signals.
-///
-/// # Errors
-///
-/// [`SimError::Obstacles`] with all that is in its way, and what keeps SUMO from being used.
 pub(super) fn look(
     config: &Path,
     given: &Given,
@@ -66,23 +62,7 @@ pub(super) fn look(
 }
 
 impl Look {
-    /// Returns how far a lane of a signal's spec is seen, metres.
-    pub(super) fn seen_m(&self, signal: &DerivedSignal, lane: usize) -> f64 {
-        signal.seen_m[lane].min(self.detection_m)
-    }
-
-    /// Returns the ids of the lanes downstream of a movement.
-    pub(super) fn downstream(&self, signal: &DerivedSignal, movement: usize) -> Vec<&str> {
-        let lanes = &signal.spec.movements[movement].downstream;
-        lanes.iter().map(|l| self.scene.lanes[signal.downstream[*l]].id.as_str()).collect()
-    }
-
-    /// Returns the ids of a movement's lanes.
-    pub(super) fn lanes<'a>(&self, signal: &'a DerivedSignal, movement: usize) -> Vec<&'a str> {
-        let lanes = &signal.spec.movements[movement].lanes;
-        lanes.iter().map(|l| signal.spec.lanes[*l].id.as_str()).collect()
-    }
-
+    /// Returns what is known of a signal.
     pub(super) fn json(&self, number: usize) -> Value {
         let signal = &self.signals[number];
         let spec = &signal.spec;
@@ -92,29 +72,34 @@ impl Look {
             json!({
                 "lane": lane.id,
                 "length_m": lane.length_m,
-                "seen_m": self.seen_m(signal, i),
+                "seen_m": signal.seen_m[i].min(self.detection_m),
                 "street_width_m": of_scene.street_width_m,
                 "upstream": upstream,
             })
         });
         let movements = spec.movements.iter().enumerate().map(|(m, movement)| {
+            let lanes = &movement.lanes;
+            let lanes: Vec<&str> = lanes.iter().map(|l| spec.lanes[*l].id.as_str()).collect();
+            let downstream = movement.downstream.iter();
+            let downstream: Vec<&str> =
+                downstream.map(|l| self.scene.lanes[signal.downstream[*l]].id.as_str()).collect();
             json!({
                 "movement": movement.index,
+                "from": lanes.first().map_or("", |lane| edge(lane)),
                 "turn": turn(movement.turn, self.side),
-                "lanes": self.lanes(signal, m),
+                "lanes": lanes,
                 "links": signal.movement_links[m],
-                "downstream": self.downstream(signal, m),
+                "downstream": downstream,
             })
         });
         let index = |m: &usize| spec.movements[*m].index;
-        let phases = spec.phases.iter().map(|phase| {
+        let phases = spec.phases.iter().enumerate().map(|(i, phase)| {
             let served = |wanted: Light| -> Vec<usize> {
-                (0..phase.service.len())
-                    .filter(|m| phase.service[*m] == wanted)
-                    .map(|m| index(&m))
-                    .collect()
+                let movements = 0..phase.service.len();
+                movements.filter(|m| phase.service[*m] == wanted).map(|m| index(&m)).collect()
             };
             json!({
+                "phase": i,
                 "state": phase.state,
                 "counts": phase.pair.iter().map(index).collect::<Vec<_>>(),
                 "right_of_way": served(Light::Protected),
@@ -142,7 +127,7 @@ impl Look {
 }
 
 /// Returns the word for a turn as it is on the ground.
-pub(super) fn turn(turn: Turn, side: DrivingSide) -> &'static str {
+fn turn(turn: Turn, side: DrivingSide) -> &'static str {
     let (left, right) = side.swapped(("left", "right"));
     match turn {
         Turn::Right => right,
