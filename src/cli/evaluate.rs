@@ -23,7 +23,6 @@ use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains;
 use crate::run::domain::Problem;
-use crate::run::method::{Training, find};
 use crate::run::plan::{Draft, Request, draft};
 use crate::run::session::{Session, open};
 use crate::sample::{Choice, Draw, SamplePlan, Sampling};
@@ -230,19 +229,20 @@ fn problem(args: &EvaluateArgs, controllers: &ControllersArgs) -> anyhow::Result
         .into());
     }
     args.given.check(imported)?;
-    if imported && args.networks.is_some() {
-        return Err(
-            Refused("--networks has no effect: a SUMO configuration is given".into()).into()
-        );
-    }
-    if args
-        .scenario
-        .settings()
-        .iter()
-        .flat_map(|s| s.keys())
-        .any(|key| key.starts_with("training."))
-    {
-        return Err(Refused("training.* has no effect: nothing is trained here".into()).into());
+    let settings = args.scenario.settings();
+    let mut keys = settings.iter().flat_map(|s| s.keys());
+    let refusals = [
+        (
+            imported && args.networks.is_some(),
+            "--networks has no effect: a SUMO configuration is given",
+        ),
+        (
+            keys.any(|key| key.starts_with("training.")),
+            "training.* has no effect: nothing is trained here",
+        ),
+    ];
+    if let Some((_, reason)) = refusals.into_iter().find(|(is_so, _)| *is_so) {
+        return Err(Refused(reason.to_owned()).into());
     }
     let networks =
         args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
@@ -282,11 +282,7 @@ fn of_points(
         design: String::new(),
         growth: None,
     };
-    let (methods, known) = (std::iter::once(baseline::METHOD.name), domains::traffic().methods());
-    let methods = methods.chain(names.iter().map(String::as_str));
-    let methods: Vec<String> = methods.map(str::to_owned).collect();
-    for method in &methods {
-        debug_assert!(find(known, method).is_ok_and(|m| m.training == Training::None));
-    }
+    let mut methods = vec![baseline::METHOD.name.to_owned()];
+    methods.extend_from_slice(names);
     Ok(Draft { sample, methods, replicated: vec![], design: None, memory_per_worker_mb: None })
 }

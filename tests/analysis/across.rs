@@ -2,13 +2,10 @@
 
 use std::fs;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 use crate::common::{run, stderr, stdout, succeed};
 use crate::families::{MadeUp, equal};
-use tsc_family::seed::derive;
 use tsc_family::stats::Direction;
-use tsc_family::stats::combinations::rank_shares;
 
 fn swimmers(values: &[&[f64]]) -> MadeUp<'static> {
     MadeUp {
@@ -135,21 +132,6 @@ fn unusable_input_is_refused_with_its_place_and_a_way_out() {
         })
         .collect();
     insta::assert_snapshot!("refused", said);
-}
-
-#[test]
-fn ten_million_combinations_take_less_than_a_minute() {
-    let family = |seed: u64| -> Vec<Vec<f64>> {
-        let score = |i: u64| (derive(seed, &[&i.to_string()]) % 1_000_003) as f64;
-        (0..216).map(|i| (0..4).map(|m| score(4 * i + m)).collect()).collect()
-    };
-    let start = Instant::now();
-    let found = rank_shares(&[family(1), family(2), family(3)], Direction::Lower).unwrap();
-    let took = start.elapsed();
-    println!("{} combinations in {took:?}", found.combinations);
-    assert!(found.combinations > 10_000_000 && took < Duration::from_secs(60), "{took:?}");
-    let total: f64 = found.shares.iter().map(|row| row.iter().sum::<f64>()).sum();
-    assert!((total - 4.0).abs() < 1e-9);
 }
 
 #[test]

@@ -40,17 +40,6 @@ fn all_damaged_records_are_named_at_once() {
 }
 
 #[test]
-fn a_manifest_with_another_method_is_blamed_and_not_the_plan() {
-    let dir = tempfile::tempdir().unwrap();
-    let layout = results(dir.path());
-    edit(&layout.manifest(), "\"steady\"", "\"stead\"");
-    let (code, said) = said(dir.path());
-    assert_eq!(code, Some(2), "{said}");
-    let blamed = "manifest.json: it is not the manifest of the records beside it";
-    assert!(said.contains(blamed) && !said.contains("--repair"), "{said}");
-}
-
-#[test]
 fn a_damaged_manifest_is_blamed_and_not_the_records() {
     let dir = tempfile::tempdir().unwrap();
     let layout = results(dir.path());

@@ -65,17 +65,6 @@ fn importance_decides_the_ranking() {
 }
 
 #[test]
-fn a_small_concentration_makes_single_point_mdps_decide() {
-    let dir = tempfile::tempdir().unwrap();
-    let analysis = analysis(&swimmers().write(dir.path()));
-    let as_overall = |concentration: f64| {
-        let found = Sensitivity::new(&analysis, &Question { concentration, ..question() });
-        found.unwrap().as_overall
-    };
-    assert!(as_overall(0.001) < 0.7, "{}", as_overall(0.001));
-}
-
-#[test]
 fn what_is_printed_and_written_are_these_words() {
     let folder = tempfile::tempdir().unwrap();
     swimmers().write(&folder.path().join("river"));

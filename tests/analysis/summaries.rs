@@ -67,19 +67,6 @@ proptest! {
     }
 
     #[test]
-    fn the_baseline_against_itself_is_1_by_every_summary(points in any_points()) {
-        let own: Vec<PointObjectives> = points
-            .into_iter()
-            .map(|p| PointObjectives { method: vec![p.baseline.clone()], ..p })
-            .collect();
-        for summary in resampled(&own, &Resampling::draws(&own), 0) {
-            let summary = summary.unwrap();
-            prop_assert!((summary.estimate - 1.0).abs() < 1e-9);
-            prop_assert!(summary.resamples.iter().all(|r| (r - 1.0).abs() < 1e-9));
-        }
-    }
-
-    #[test]
     fn a_method_that_is_twice_as_slow_doubles_every_summary(points in any_points()) {
         let mut slow = points.clone();
         slow.iter_mut().flat_map(|p| &mut p.method).flatten().for_each(|delay| *delay *= 2.0);
@@ -92,30 +79,6 @@ proptest! {
             }
         }
     }
-}
-
-#[test]
-fn a_regime_that_no_point_is_in_has_no_summary() {
-    let points = [point(1.0, &[5.0, 6.0], &[10.0, 10.0])];
-    let nowhere: Statistic<'_> = &|points| points.iter().find(|p| p.point == 9).map(|p| p.score);
-    let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let all =
-        bootstrap_all(&points, &Resampling::whole(), &mut rng, (0, RESAMPLES), &[nowhere]).unwrap();
-    assert_eq!(all, [None]);
-}
-
-#[test]
-fn resamples_without_the_regime_are_left_out() {
-    let points: Vec<_> =
-        (0..4).map(|i| point(1.0, &[5.0 + f64::from(i), 6.0], &[10.0, 10.0])).collect();
-    let heavy: Statistic<'_> =
-        &|points| points.iter().find(|p| p.point == 0 && p.weight >= 1.0).map(|p| p.score);
-    let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let design = Resampling::draws(&points);
-    let all = bootstrap_all(&points, &design, &mut rng, (0, RESAMPLES), &[heavy]).unwrap();
-    // An exponential variable is above its mean in 37 of 100 cases.
-    let left = all[0].as_ref().unwrap().resamples.len();
-    assert!((660..820).contains(&left), "{left}");
 }
 
 #[test]

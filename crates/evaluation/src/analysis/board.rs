@@ -49,9 +49,15 @@ impl Board {
             .iter()
             .map(|name| position("method", name, all.iter().map(String::as_str)))
             .collect::<Result<Vec<usize>, _>>()?;
-        if methods.len() < 2 || (1..methods.len()).any(|m| methods[..m].contains(&methods[m])) {
+        if let Some(twice) = (1..methods.len()).find(|m| methods[..*m].contains(&methods[*m])) {
             return Err(AnalysisError(format!(
-                "there is only `{}` to compare; name two methods or more, each once, with --methods, or finish the run",
+                "`{}` is named twice; name it once",
+                methods[twice]
+            )));
+        }
+        if methods.len() < 2 {
+            return Err(AnalysisError(format!(
+                "there is only `{}` to compare; name two methods or more with --methods, or finish the run",
                 methods.join(", ")
             )));
         }

@@ -3,6 +3,7 @@
 
 use std::collections::HashSet;
 
+use super::board::position;
 use super::error::AnalysisError;
 use super::naming::noun;
 use crate::store::manifest::{Identity, Task};
@@ -46,7 +47,7 @@ impl Reference {
         if name == identity.baseline && !name.is_empty() {
             return Ok(Self::baseline(identity));
         }
-        check_name(name, &identity.methods)?;
+        let index = position("method", name, identity.methods.iter().map(String::as_str))?;
         let missing = without_result(results, name);
         if !missing.is_empty() {
             let some = missing[..missing.len().min(NAMED_POINTS)].join(", ");
@@ -58,8 +59,7 @@ impl Reference {
                 identity.points.len()
             )));
         }
-        let index = identity.methods.iter().position(|m| m == name);
-        Ok(Self { name: name.to_owned(), index, is_baseline: false })
+        Ok(Self { name: name.to_owned(), index: Some(index), is_baseline: false })
     }
 }
 
@@ -69,13 +69,7 @@ impl Reference {
 ///
 /// [`AnalysisError`] with the names that there are.
 pub fn check_name(name: &str, methods: &[String]) -> Result<(), AnalysisError> {
-    match methods.iter().any(|m| m == name) {
-        true => Ok(()),
-        false => Err(AnalysisError(format!(
-            "no scores against `{name}`, which is not in the run; its methods are {}",
-            methods.join(", ")
-        ))),
-    }
+    position("method", name, methods.iter().map(String::as_str)).map(drop)
 }
 
 fn without_result<'a>(results: &'a Results, method: &str) -> Vec<&'a str> {
@@ -89,19 +83,4 @@ fn without_result<'a>(results: &'a Results, method: &str) -> Vec<&'a str> {
         results.done().filter(measured).map(|(task, _)| &*task.point).collect();
     let points = identity.points.iter().map(|p| p.point.as_str());
     points.filter(|point| !measured.contains(point)).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_method_that_is_not_in_the_run_is_refused_with_those_that_are() {
-        let methods = ["baseline".to_owned(), "actuated".to_owned()];
-        assert!(check_name("actuated", &methods).is_ok());
-        assert_eq!(
-            check_name("fixed-time", &methods).unwrap_err().to_string(),
-            "no scores against `fixed-time`, which is not in the run; its methods are baseline, actuated"
-        );
-    }
 }

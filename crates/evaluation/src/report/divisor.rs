@@ -50,11 +50,4 @@ mod tests {
         assert_eq!(reference("fixed-time", false).in_full(), "fixed-time");
         assert_eq!(reference("fixed-time", false).as_label(), "fixed-time");
     }
-
-    #[test]
-    fn a_table_does_not_say_baseline_twice() {
-        assert_eq!(reference("baseline", true).marked(), "baseline");
-        assert_eq!(reference("untuned", true).marked(), "untuned (baseline)");
-        assert_eq!(reference("fixed-time", false).marked(), "fixed-time (divisor)");
-    }
 }

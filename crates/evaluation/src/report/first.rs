@@ -271,25 +271,6 @@ fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
         sentences.push(format!("Its lead on the next, {}, {verdict}.", data.methods[1].method));
     }
     sentences.extend(fragile(data));
-    if let Some(common) = &data.common {
-        let score = |m: &MethodSummary| m.overall.map_or_else(String::new, format::score);
-        let order: Vec<String> =
-            common.methods.iter().map(|m| format!("{} {}", m.method, score(m))).collect();
-        let which = match text::only_dropped_lack(data) {
-            true => "that dropped out",
-            false => "without results on some point MDPs",
-        };
-        sentences.push(format!(
-            "Methods {which} are not ranked. On the {} that all methods finished, the order is: {}.",
-            format::count(common.points, "point MDP"),
-            order.join(", ")
-        ));
-    }
-    let tuned = text::once(data, false);
-    if !best.is_reference && tuned.contains(&best.method.as_str()) {
-        let m = &best.method;
-        sentences.push(format!("Not included: {m} was tuned only once per point MDP."));
-    }
     sentences
 }
 
@@ -341,18 +322,12 @@ pub(super) fn policies(data: &Report) -> Vec<String> {
     for l in &learners {
         let of = format::count(l.scored, "training");
         let name = &l.method.method;
-        if l.restarted > 0 {
-            sentences.push(format!(
-                "{} of {of} of {name} started again from another seed, because the network was dead.",
-                l.restarted
-            ));
-        }
-        if l.dead > 0 {
-            sentences.push(format!(
-                "{} of {of} of {name} ended with a dead network, which acts the same whatever it sees.",
-                l.dead
-            ));
-        }
+        let fates = [
+            (l.restarted, "started again from another seed, because the network was dead"),
+            (l.dead, "ended with a dead network, which acts the same whatever it sees"),
+        ];
+        let of_some = fates.into_iter().filter(|(n, _)| *n > 0);
+        sentences.extend(of_some.map(|(n, what)| format!("{n} of {of} of {name} {what}.")));
     }
     sentences
 }

@@ -42,6 +42,7 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
     let figure = |name: &str| figures.iter().find(|f| f.name == name).map(|f| f.svg.clone());
     let metrics = data.sections.metrics(Table::Ranking, data);
     let heading = |m: &Metric| vec![m.heading.clone(), m.unit.clone()];
+    let others = data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference);
     context! {
         headline => headline(data),
         runs => data.runs.as_ref().map(runs),
@@ -55,7 +56,7 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         methods => data.methods.iter().map(|m| method(data, m, &metrics)).collect::<Vec<_>>(),
         mix_row => data.mix.as_ref().map(|mix| method(data, &mix::row(data, mix), &metrics)),
         common => common(data),
-        further => further_values(data),
+        further => others.then(|| context! { disagreements => summaries::disagreements(data) }),
         tuned_once => text::once(data, false).join(", "),
         learned_once => text::once(data, true).join(", "),
         overall => figure("overall"),
@@ -222,17 +223,6 @@ fn episodes(e: &EpisodeSummary, words: &Words) -> Value {
         median_value => value(e.median),
         worst_value => value(e.worst),
     }
-}
-
-/// Returns what the section of further summaries says; undefined without a method beside the
-/// reference.
-fn further_values(data: &Report) -> Option<Value> {
-    let others = data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference);
-    others.then(|| {
-        context! {
-            disagreements => summaries::disagreements(data),
-        }
-    })
 }
 
 fn common(data: &Report) -> Option<String> {

@@ -15,7 +15,6 @@ pub mod figures;
 mod first;
 pub mod format;
 mod html;
-mod json;
 pub mod leaderboard;
 mod methods;
 mod mix;

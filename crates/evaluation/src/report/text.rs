@@ -285,10 +285,8 @@ fn luck(data: &Report) -> Vec<String> {
         ));
     }
     let reference = &data.reference.name;
-    if data.trained.contains(reference) {
-        sentences.push(format!(
-            "No interval covers the chance in {reference}, by which all scores are divided."
-        ));
-    }
+    sentences.extend(data.trained.contains(reference).then(|| {
+        format!("No interval covers the chance in {reference}, by which all scores are divided.")
+    }));
     sentences
 }

@@ -3,6 +3,8 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
+use serde_json::{Value, json};
+
 use super::sections::Sections;
 use super::titles::{differ, with_id};
 use super::words::Words;
@@ -132,5 +134,24 @@ impl Report {
     /// Returns what a point MDP is called with its id behind it, for those who have to type that.
     pub(super) fn called(&self, point: &str) -> String {
         with_id(self.title_of(point), point)
+    }
+}
+
+impl Runs {
+    /// Returns the runs that are compared as `--json` prints them.
+    pub fn json(&self) -> Value {
+        let run = |(name, path, manifest): &(String, String, Arc<Manifest>)| {
+            let (i, p) = (&manifest.identity, &manifest.provenance);
+            json!({
+                "run": name,
+                "path": path,
+                "simulator": i.simulator,
+                "tsc_family": i.tsc_family,
+                "git": p.git,
+                "manifest": manifest.sha256(),
+            })
+        };
+        let runs: Vec<Value> = self.sources.iter().map(run).collect();
+        json!({"event": "compare", "runs": runs, "differences": self.differences, "repeated": self.repeated})
     }
 }

@@ -107,20 +107,3 @@ fn for_papers(data: &Report) -> Vec<(&'static str, String, Table)> {
     tables.retain(|(.., table)| !table.is_empty());
     tables
 }
-
-#[cfg(test)]
-mod tests {
-    use std::fs;
-
-    use super::*;
-
-    #[test]
-    fn a_file_that_cannot_be_replaced_is_named_and_leaves_no_draft() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("index.html");
-        fs::create_dir(&path).unwrap();
-        let e = write_atomically(&path, b"x").unwrap_err().to_string();
-        assert!(e.starts_with("cannot write") && e.contains("index.html"), "{e}");
-        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
-    }
-}

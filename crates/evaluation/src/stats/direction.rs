@@ -75,15 +75,4 @@ mod tests {
         assert_eq!(sorted(Direction::Lower), [1.0, 2.0, 3.0]);
         assert_eq!(sorted(Direction::Higher), [3.0, 2.0, 1.0]);
     }
-
-    #[test]
-    fn best_worst_and_lead_turn_round_with_the_direction() {
-        let of = |d: Direction| (d.best([2.0, 1.0, 3.0]), d.worst([2.0, 1.0, 3.0]));
-        assert_eq!(of(Direction::Lower), (Some(1.0), Some(3.0)));
-        assert_eq!(of(Direction::Higher), (Some(3.0), Some(1.0)));
-        assert_eq!(Direction::Lower.ahead(1.0, 3.0), 2.0);
-        assert_eq!(Direction::Higher.ahead(1.0, 3.0), -2.0);
-        assert!(Direction::Lower.is_worse(3.0, 1.0) && Direction::Higher.is_worse(1.0, 3.0));
-        assert!(!Direction::Lower.is_worse(1.0, 1.0) && Direction::Lower.best([]).is_none());
-    }
 }

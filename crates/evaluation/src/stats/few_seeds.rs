@@ -130,14 +130,6 @@ mod tests {
     }
 
     #[test]
-    fn without_noise_nothing_is_stretched() {
-        let quiet = point(1.0, &[&[5.0, 10.0]], &[10.0, 20.0]);
-        assert_eq!(stretch(degrees(&[quiet]), ALPHA), 1.0);
-        assert_eq!(stretch(degrees(&[point(1.0, &[&[5.0]], &[10.0])]), ALPHA), 1.0);
-        assert_eq!(stretch(degrees(&[]), ALPHA), 1.0);
-    }
-
-    #[test]
     fn trainings_that_differ_more_than_seeds_count_by_their_number() {
         let trained = point(1.0, &[&[4.0, 4.1, 4.0], &[9.0, 9.1, 9.0]], &[10.0; 3]);
         assert!((stretch(degrees(&[trained]), ALPHA) - 12.706_205 / 1.959_964).abs() < 0.01);

@@ -84,13 +84,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_gridlock_is_counted_beyond_the_limit() {
-        let h = Histogram::new(&[0.15, 0.19, 0.5, 52.0], (1.5, 0.05));
-        assert_eq!((h.counts[3], h.counts[10], h.over), (2, 1, 1));
-        assert_eq!(h.peak(), 2);
-    }
-
-    #[test]
     fn a_range_holds_all_values_of_any_sign() {
         let values = [-3.0, -1.0, 0.5, 1.0];
         let h = Histogram::within(&values, Histogram::range(&values));

@@ -80,14 +80,6 @@ mod tests {
     }
 
     proptest! {
-        #[test]
-        fn with_equal_weights_it_is_the_trimmed_mean(values in prop::collection::vec(-9.0f64..9.0, 1..60)) {
-            let mut sorted = values.clone();
-            sorted.sort_by(f64::total_cmp);
-            let cut = values.len() / 4;
-            let expected = mean(&sorted[cut..values.len() - cut]).unwrap();
-            prop_assert!((of(&values) - expected).abs() < 1e-9);
-        }
 
         #[test]
         fn neither_order_nor_scale_of_the_weights_matters(
@@ -98,14 +90,6 @@ mod tests {
             other.iter_mut().for_each(|p| p.0 *= scale);
             let (a, b) = (interquartile_mean(pairs).unwrap(), interquartile_mean(other).unwrap());
             prop_assert!((a - b).abs() < 1e-9);
-        }
-
-        #[test]
-        fn a_worse_score_never_makes_it_smaller(pairs in weighted(), at in 0usize..60, by in 0.0f64..9.0) {
-            let mut other = pairs.clone();
-            other[at % pairs.len()].1 += by;
-            let (a, b) = (interquartile_mean(pairs).unwrap(), interquartile_mean(other).unwrap());
-            prop_assert!(b >= a - 1e-9);
         }
     }
 }

@@ -76,10 +76,4 @@ mod tests {
             PointMeans { point: 3, weight: 2.0, method: 8.0, baseline: 20.0, score: 0.4 };
         assert_eq!(means, expected);
     }
-
-    #[test]
-    fn without_a_replicate_there_are_no_means() {
-        let e = point(&[], &[10.0]).means(0).unwrap_err();
-        assert_eq!(e, StatsError::Empty("the list of replicates"));
-    }
 }

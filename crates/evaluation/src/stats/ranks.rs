@@ -74,28 +74,9 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn the_order_turns_round_with_the_direction() {
-        let resamples: [&[f64]; 3] =
-            [&[1.0, 1.0, 5.0, 1.0], &[2.0, 2.0, 2.0, 2.0], &[3.0, 3.0, 3.0, 1.5]];
-        let lower = rank_probabilities(&resamples, Direction::Lower).unwrap();
-        assert_eq!(lower, [[0.75, 0.0, 0.25], [0.25, 0.5, 0.25], [0.0, 0.5, 0.5]]);
-        let higher = rank_probabilities(&resamples, Direction::Higher).unwrap();
-        let turned: Vec<Vec<f64>> =
-            lower.iter().map(|row| row.iter().rev().copied().collect()).collect();
-        assert_eq!(higher, turned);
-    }
-
-    #[test]
     fn equal_methods_share_their_places() {
         let p = rank_probabilities(&[&[1.0], &[1.0], &[0.5]], Direction::Lower).unwrap();
         assert_eq!(p, [[0.0, 0.5, 0.5], [0.0, 0.5, 0.5], [1.0, 0.0, 0.0]]);
-    }
-
-    #[test]
-    fn without_paired_resamples_there_are_no_probabilities() {
-        assert_eq!(rank_probabilities(&[], Direction::Lower), None);
-        assert_eq!(rank_probabilities(&[&[], &[]], Direction::Lower), None);
-        assert_eq!(rank_probabilities(&[&[1.0], &[]], Direction::Lower), None);
     }
 
     proptest! {

@@ -72,10 +72,4 @@ mod tests {
              divided by"
         );
     }
-
-    #[test]
-    fn a_weighted_mean_of_nothing_is_none() {
-        assert_eq!(weighted_mean([]), None);
-        assert_eq!(weighted_mean([(1.0, 2.0), (3.0, 6.0)]), Some(5.0));
-    }
 }

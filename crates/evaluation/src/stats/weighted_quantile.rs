@@ -138,12 +138,6 @@ mod tests {
     }
 
     proptest! {
-        #[test]
-        fn many_values_are_in_order_and_equal_ones_as_they_came(
-            pairs in prop::collection::vec((0.01f64..1.0, prop_oneof![(0u8..40).prop_map(f64::from), -3.0..90.0]), 65..300),
-        ) {
-            prop_assert_eq!(bits(&sorted(pairs.clone())), plainly(pairs));
-        }
 
         #[test]
         fn the_interval_contains_the_median_and_stays_among_the_values(

@@ -125,19 +125,4 @@ mod tests {
             assert!((a - b).abs() < 1e-12, "{direct:?} {apart:?}");
         }
     }
-
-    #[test]
-    fn an_interval_at_another_level_is_stretched_for_that_level() {
-        let noisy = |i: usize| PointObjectives {
-            weight: 1.0,
-            draws: 1,
-            method: vec![vec![8.0 + (i % 5) as f64, 12.0, 9.0]],
-            baseline: vec![10.0; 3],
-        };
-        let scores: Vec<PointObjectives> = (0..FAMILY).map(noisy).collect();
-        let (of_look, plain) = (whole(&scores, 0.025), whole(&scores, 0.05));
-        assert!(plain.degrees.is_some() && plain.interval.is_some());
-        assert_eq!(of_look.about(0.05), plain.interval);
-        assert_eq!(plain.about(0.025), of_look.interval);
-    }
 }
