@@ -60,9 +60,8 @@ pub struct BuildNetworksArgs {
     /// What the columns of the turning counts are, where no known layout fits
     #[arg(long, value_name = "FILE", requires = "turning_counts")]
     pub counts_layout: Option<PathBuf>,
-    /// Plans that the signals have today, for the method existing: a table with a row per phase, UTDF, or an
-    /// additional file of SUMO with tlLogic [default: those of
-    /// the scenario or of --utdf]
+    /// Plans that the signals have today, for the method existing: a table with a row per phase, or UTDF
+    /// [default: those of the scenario or of --utdf]
     #[arg(long, value_name = "FILE", conflicts_with = "osm")]
     pub existing: Option<PathBuf>,
     /// Part of the day whose busiest hour is simulated, such as am=07:00-09:00, or am=07:00-09:00,500 with its hours

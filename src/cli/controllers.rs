@@ -45,8 +45,8 @@ pub struct ControllersArgs {
     /// Scores measured elsewhere: a table with the columns point, delay_s, and seed or episode (repeatable)
     #[arg(long = "controller-results", value_name = "NAME=FILE")]
     pub results: Vec<String>,
-    /// Plans of signals as a method of this name, such as a plan that is proposed: a table with a row per phase, UTDF, or an
-    /// additional file of SUMO with tlLogic (repeatable)
+    /// Plans of signals as a method of this name, such as a plan that is proposed: a table with a row per phase, or UTDF
+    /// (repeatable)
     #[arg(long = "plan-file", value_name = "NAME=FILE")]
     pub plans: Vec<String>,
     /// Saved model as a method of this name: a file of the folder models of a results directory. It is not trained again. A

@@ -7,7 +7,7 @@ use std::{env, fs};
 use crate::shown::{Limits, Way, foes, hurried, states, violations, violations_by_link};
 use osm_signals::DrivingSide;
 use tsc_family::settings::overrides::Override;
-use tsc_family::traffic::control::dual_ring::{Config, StageCycle};
+use tsc_family::traffic::control::dual_ring::Config;
 use tsc_family::traffic::control::nema;
 use tsc_family::traffic::control::phase_sets::covering;
 use tsc_family::traffic::control::registry::METHODS;
@@ -21,6 +21,7 @@ use tsc_family::traffic::environment::{environment, generated_world};
 use tsc_family::traffic::family::load::load_with;
 use tsc_family::traffic::network::build::{BuildOptions, build_all};
 use tsc_family::traffic::network::intersection::IntersectionSpec;
+use tsc_family::traffic::program::{ProgramPhase, RingStages};
 use tsc_family::traffic::settings::{Scenario, SixFeatures};
 use tsc_family::traffic::sim::libsumo::SumoSim;
 
@@ -211,10 +212,12 @@ impl Controller for Within {
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         let set = &covering(&signals[0])[0];
         let least_s = signals[0].limits.least_s(set);
-        let greens = set.iter().zip(least_s).map(|(p, s)| (GreenPhase(*p), s + 10.0)).collect();
+        let state = |phase: &usize| &signals[0].phases[*phase].state;
+        let greens = set.iter().map(state).zip(least_s);
+        let greens = greens.map(|(state, s)| ProgramPhase::fixed(state, s + 10.0)).collect();
         let rings = Config { max_green_s: 600, left_max_green_s: 600, ..Config::default() };
-        let cycle = StageCycle { greens, offset_s: 17, coordinated: 0 };
-        Ok(vec![Drive::CoordinatedRings(rings, cycle)])
+        let stages = RingStages { greens, offset_s: 17, coordinated: 0 };
+        Ok(vec![Drive::CoordinatedRings(rings, stages)])
     }
 }
 

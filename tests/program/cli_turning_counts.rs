@@ -224,24 +224,13 @@ fn a_network_in_utdf_is_simulated_and_its_plans_go_out_and_come_back() {
         rows
     };
     assert_eq!(plan("back-existing/existing.csv"), plan("networks/n/existing.csv"));
-    // Given as plans, they give the same delays to the last digit: from tables, from UTDF and from SUMO's programs.
-    let mut programs = String::new();
-    for (name, id) in [("i0001", "1"), ("i0002", "i0002")] {
-        let text = folder
-            .read(&format!("r/report/plans/{name}.add.xml"))
-            .replace("id=\"c\"", &format!("id=\"{id}\""));
-        programs += &text[text.find("<tlLogic").unwrap()..text.find("</additional>").unwrap()];
-    }
-    folder.write("both.add.xml", &format!("<additional>{programs}</additional>"));
+    // Given as plans, they give the same delays to the last digit.
     folder.run(&format!(
-        "run networks/n --methods existing {SHORT} --existing r/report/plans/fixed-time.csv --plan-file old=both.add.xml \
-         --plan-file new=r/report/plans/nema.csv --plan-file utdf=r/report/plans/existing.utdf.csv --out given"
+        "run networks/n --methods existing {SHORT} --existing r/report/plans/fixed-time.csv \
+         --plan-file new=r/report/plans/nema.csv --out given"
     ));
     assert_eq!(folder.read("given/report/plans/new.csv"), folder.read("r/report/plans/nema.csv"));
-    for (given, method) in [("existing", "fixed-time"), ("old", "fixed-time"), ("utdf", "existing")]
-    {
-        assert_eq!(delays(&folder, "given", given), delays(&folder, "r", method), "{given}");
-    }
+    assert_eq!(delays(&folder, "given", "existing"), delays(&folder, "r", "fixed-time"));
     folder.write("c.csv", "INTID,NBL,NBR,EBT,EBR,WBL,WBT\n2,5,6,7,8,9,10\n");
     folder.run("build-networks --utdf n.csv --turning-counts c.csv --out both");
     folder.shows("both/approaches.csv", &[",lr,,30.5,5,0,6,", ",lsr,45.7,,80,310,45,0.9,"]);
@@ -282,12 +271,9 @@ fn an_existing_plan_is_simulated_and_compared_with() {
     ));
     folder.shows(
         "r/report/index.html",
-        &[
-            "which is what is done today",
-            "pretimed, cycle 70 s, offset 0 s",
-            "intersections&#x2f;i0007.html",
-        ],
+        &["which is what is done today", "intersections&#x2f;i0007.html"],
     );
+    folder.shows("r/report/plans/i0007.html", &["pretimed, cycle 70 s, offset 0 s"]);
     let page = "r/report/intersections/i0007.html";
     folder.shows(
         page,
@@ -310,11 +296,6 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
     let network = repository(UTDF);
     folder.write("n.csv", &network);
     folder.write("no.csv", network.split("[Phases]").next().unwrap());
-    folder.write("t.xml", "<additional/>");
-    folder.write(
-        "u.xml",
-        "<additional><tlLogic id='7'><phase duration='9' state='GGrr'/></tlLogic></additional>",
-    );
     folder.refuses(&[
         (
             "run city --methods existing --out x",
@@ -338,14 +319,6 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
         (
             "run city --existing n.csv --out x",
             "no intersection with a plan (1, 2) is in the scenario (7)",
-        ),
-        (
-            "run city --existing t.xml --out x",
-            "t.xml, line 1: XML without a tlLogic, no existing plan",
-        ),
-        (
-            "run city --existing u.xml --out x",
-            "states have 4 letters, but the intersection has 16 links",
         ),
         (
             "run --sumocfg city/networks/i0007/i0007.sumocfg --methods existing --out x",

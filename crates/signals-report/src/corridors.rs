@@ -7,8 +7,6 @@
 //! of those whose signals along a street all run programs of fixed times. A band is the longest run of seconds in which a vehicle at the speed limit meets
 //! no red; there is none where cycles differ.
 
-use std::collections::BTreeMap;
-
 use minijinja::{Value, context};
 
 use super::plans::TaskPlan;
@@ -31,8 +29,9 @@ pub(crate) const TABLE: &str = "corridors.csv";
 /// Name of the figure.
 const FIGURE: &str = "time-space";
 
-/// Most directions that the page and the figure show.
+/// Most directions that the figure shows, and rows of the page.
 const FEW: usize = 8;
+const MOST_ROWS: usize = 60;
 
 /// Cycles that the diagram shows.
 const CYCLES: f64 = 2.0;
@@ -94,7 +93,6 @@ fn signals(street: &StreetResult) -> String {
     street.stops.iter().map(|stop| stop.signal.as_str()).collect::<Vec<_>>().join(" ")
 }
 
-/// Returns the table.
 pub(crate) fn table(seen: Seen<'_>) -> String {
     let Seen { data, shown } = seen;
     let titles = shown.titles(data);
@@ -140,41 +138,36 @@ pub(crate) fn values(seen: Seen<'_>, diagram: Option<&str>) -> Option<Value> {
     let Seen { data, shown } = seen;
     shown.streets.first()?;
     let identity = &data.manifest.identity;
-    let mut by_street: BTreeMap<(usize, usize), Vec<(&TaskStreets, &StreetResult)>> =
-        BTreeMap::new();
-    for task in &shown.streets {
-        for (number, street) in task.streets.iter().enumerate() {
-            by_street.entry((task.point, number)).or_default().push((task, street));
-        }
-    }
-    let row = |(task, street): &(&TaskStreets, &StreetResult)| {
+    let each = |task: &TaskStreets| 0..task.streets.len();
+    let all = shown.streets.iter().flat_map(|task| each(task).map(move |number| (task, number)));
+    let mut all: Vec<(&TaskStreets, usize)> = all.collect();
+    // The methods of a street stand together.
+    all.sort_by_key(|(task, number)| (task.point, *number));
+    let row = |(task, number): &(&TaskStreets, usize)| {
+        let street = &task.streets[*number];
         let cell = |((_, of), digits): (&(&str, Quantity), usize)| {
             let cell = |(m, low, high): (f64, f64, f64)| {
                 format!("{m:.digits$} ({low:.digits$} to {high:.digits$})")
             };
             over(street, *of).map_or_else(|| "-".to_owned(), cell)
         };
-        let cells: Vec<String> = QUANTITIES.iter().zip([1, 1, 2]).map(cell).collect();
         let training = match task.replicate {
             0 => String::new(),
             replicate => format!(", replicate {replicate}"),
         };
-        let label = named(data, &identity.methods[task.method]) + training.as_str();
-        context! { label, vehicles => format!("{:.0}", vehicles(street)), cells }
-    };
-    let corridor = |((point, _), own): (&(usize, usize), &Vec<(&TaskStreets, &StreetResult)>)| {
-        let street = own[0].1;
         context! {
-            title => data.points.get(*point).map(|p| shown.title(&p.row)),
+            title => data.points.get(task.point).map(|p| shown.title(&p.row)),
             direction => street.direction.as_str(),
             signals => signals(street),
             count => street.stops.len(),
             length => format!("{:.0}", length_m(street)),
-            rows => own.iter().map(row).collect::<Vec<_>>(),
+            method => named(data, &identity.methods[task.method]) + training.as_str(),
+            vehicles => format!("{:.0}", vehicles(street)),
+            cells => QUANTITIES.iter().zip([1, 1, 2]).map(cell).collect::<Vec<_>>(),
         }
     };
-    let corridors: Vec<Value> = by_street.iter().take(FEW).map(corridor).collect();
-    Some(context! { corridors, diagram, many => by_street.len() > FEW, few => FEW })
+    let rows: Vec<Value> = all.iter().take(MOST_ROWS).map(row).collect();
+    Some(context! { rows, diagram, many => all.len() > MOST_ROWS, few => MOST_ROWS })
 }
 
 /// Draws the time-space diagram of the plan that is worth looking at.
@@ -184,15 +177,13 @@ pub(crate) fn diagram(seen: Seen<'_>) -> Option<Figure> {
     let identity = &data.manifest.identity;
     let is_coordinated =
         |plan: &TaskPlan| identity.methods[plan.method] == coordinated::METHOD.name;
-    let mut plans: Vec<&TaskPlan> = (shown.plans.iter())
-        .filter(|plan| plan.point == task.point)
-        .filter(|plan| task.streets.iter().any(|street| lights(plan, street).is_some()))
-        .collect();
+    let is_drawn = |plan: &&TaskPlan| {
+        plan.point == task.point && task.streets.iter().any(|s| lights(plan, s).is_some())
+    };
     let delay_s = |plan: &TaskPlan| plan.objective.unwrap_or(f64::INFINITY);
-    plans.sort_by(|a, b| {
+    let plan = shown.plans.iter().filter(is_drawn).min_by(|a, b| {
         is_coordinated(b).cmp(&is_coordinated(a)).then(delay_s(a).total_cmp(&delay_s(b)))
-    });
-    let plan = plans.first()?;
+    })?;
     let panels: Vec<(&StreetResult, Vec<Light<'_>>)> = (task.streets.iter())
         .filter_map(|street| Some((street, lights(plan, street)?)))
         .take(FEW)

@@ -16,7 +16,6 @@ mod movements;
 mod overloaded;
 mod pages;
 mod periods;
-mod plan_values;
 pub mod plans;
 pub mod quality;
 mod remarks;

@@ -14,7 +14,7 @@ use super::answers::{is_coordinated, today};
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
 use super::movements;
-use super::plans::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow};
+use super::plans::cabinet::{hides_walk, of_plan, phases, seconds};
 use super::plans::remove_earlier;
 use super::plans::sheets::rings;
 use super::plans::told::{Told, best, renamed};
@@ -80,10 +80,6 @@ pub(super) fn links(seen: Seen<'_>) -> BTreeMap<usize, String> {
 }
 
 /// Writes the pages into the folder of a report; those of an earlier report are replaced.
-///
-/// # Errors
-///
-/// [`ReportError`] when a file cannot be written.
 pub(super) fn write(folder: &Path, seen: Seen<'_>) -> Result<(), ReportError> {
     let own = folder.join(FOLDER);
     remove_earlier(&own)?;
@@ -198,7 +194,6 @@ fn number(value: Option<f64>) -> String {
     }
 }
 
-/// Returns the row of a method in the comparison.
 fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
     let Seen { data, .. } = seen;
     let identity = &data.manifest.identity;
@@ -372,7 +367,6 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
             hours => number(Some(saved.0)),
             stops => number(saved.1),
         }),
-        yellow => unrounded_yellow(data, drawn),
         seeds => format::count(identity.evaluation_seeds.len(), "evaluation seed"),
         has_sheet => plans.iter().any(|told| told.point == first),
         simulator => identity.simulator.as_str(),

@@ -14,7 +14,6 @@ use super::map;
 use super::measures::TrafficMeasures;
 use super::movements;
 use super::periods;
-use super::plan_values::plan_values;
 use super::plans;
 use super::remarks::{overloaded_of, says};
 use super::shown::{Seen, Shown};
@@ -238,7 +237,8 @@ impl Sections for TrafficSections {
                 has_pages => !super::pages::links(seen).is_empty(),
             }
         });
-        let plans = plan_values(seen).map(|plans| context! { plans, chosen => data.points.len() });
+        let plans =
+            plans::values(seen).map(|plans| context! { plans, chosen => data.points.len() });
         let streets = corridors::values(seen, figure("time-space"));
         let note = Some(context! { level_heads });
         let all = [
@@ -268,7 +268,7 @@ impl Sections for TrafficSections {
         let seen = self.seen(data);
         let plans = plans::write(folder, seen)?;
         let mut written = Written { files: vec![plans.table], notes: Vec::new() };
-        written.notes.extend(plans::sheets::write(&folder.join(plans::FOLDER), seen)?.notes);
+        written.notes.extend(plans::sheets::write(&folder.join(plans::FOLDER), seen)?);
         super::pages::write(folder, seen)?;
         for (name, text) in self.further(data) {
             let path = folder.join(name);

@@ -60,10 +60,6 @@ pub(super) struct Seen<'a> {
 
 impl Shown {
     /// Reads what a results directory has.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError`] when its file of places is damaged.
     pub(super) fn read(layout: &Layout, results: &Results) -> Result<Self, StoreError> {
         let places = Places::read(layout)?;
         let of_points = || Places::of_points(&results.manifest.identity.points);
@@ -102,7 +98,6 @@ impl Shown {
         !self.places.intersections.is_empty()
     }
 
-    /// Returns the intersections of a point MDP.
     pub(super) fn places_of<'a>(
         &'a self,
         point: &'a str,

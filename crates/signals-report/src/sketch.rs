@@ -46,7 +46,6 @@ struct Axes {
 }
 
 impl Axes {
-    /// Returns those of an arm.
     fn of(arm: &DrawnArm, is_left_hand: bool) -> Self {
         let (sin, cos) = arm.bearing_deg.to_radians().sin_cos();
         let out = (sin, -cos);

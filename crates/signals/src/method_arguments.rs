@@ -26,8 +26,7 @@ use evaluation::store::own::{OwnKind, OwnMethod};
 const EXEC: &str = "exec:";
 
 /// How a plan is given.
-const PLAN_FORM: &str =
-    "write NAME=FILE, with a table of phases, UTDF or an additional file of SUMO";
+const PLAN_FORM: &str = "write NAME=FILE, with a table of phases or UTDF";
 
 /// How a model is given.
 const MODEL_FORM: &str = "write NAME=FILE, with a file of the folder models of a results directory";
@@ -73,10 +72,6 @@ pub enum OwnError {
 /// * `given` — `NAME=exec:COMMAND` or `NAME=FILE.py:CLASS`.
 /// * `host` — opens classes, where there is one.
 /// * `answer` — time that a command has for an answer.
-///
-/// # Errors
-///
-/// [`OwnError`] saying what is wrong with it.
 pub fn add(
     traffic: Traffic,
     given: &str,
@@ -153,10 +148,6 @@ fn built_in_learner(name: &str) -> Result<&'static Method, String> {
 /// # Arguments
 ///
 /// * `given` — `NAME=FILE`.
-///
-/// # Errors
-///
-/// [`OwnError`] saying what is wrong with them.
 pub fn add_external(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
     let (name, source) = named(given, "write NAME=SCORES.csv")?;
     let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
@@ -175,10 +166,6 @@ pub fn add_external(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> 
 /// # Arguments
 ///
 /// * `given` — `NAME=FILE`.
-///
-/// # Errors
-///
-/// [`OwnError`] saying what is wrong with how it is written. What the file has is read with the scenario.
 pub fn add_plan(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
     let (name, source) = named(given, PLAN_FORM)?;
     let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
@@ -196,10 +183,6 @@ pub fn add_plan(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
 /// # Arguments
 ///
 /// * `given` — `NAME=FILE`.
-///
-/// # Errors
-///
-/// [`OwnError`] saying what is wrong with how it is written, or with the model.
 pub fn add_model(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
     let (name, source) = named(given, MODEL_FORM)?;
     let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
@@ -221,10 +204,6 @@ pub fn add_model(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
 }
 
 /// Returns the learner of a model as the command line gives it.
-///
-/// # Errors
-///
-/// As [`add_model`].
 pub fn learner_of(given: &str) -> Result<String, OwnError> {
     let (_, source) = named(given, MODEL_FORM)?;
     Ok(SavedModel::read(Path::new(source))?.card.method)
@@ -236,10 +215,6 @@ pub fn learner_of(given: &str) -> Result<String, OwnError> {
 /// # Arguments
 ///
 /// * `taken` — names that others have.
-///
-/// # Errors
-///
-/// [`OwnError::Model`] for a file that is no model.
 pub fn named_model(given: &str, taken: &[String]) -> Result<String, OwnError> {
     if given.split_once('=').is_some_and(|(name, _)| is_plain(name)) {
         return Ok(given.to_owned());
@@ -268,10 +243,6 @@ pub fn model_name(method: &str, point: &str, replicate: u32, taken: &[String]) -
 }
 
 /// Returns name and file of plans as the command line gives them.
-///
-/// # Errors
-///
-/// [`OwnError::Source`] saying how it has to be written.
 pub fn plan_file(given: &str) -> Result<(String, &Path), OwnError> {
     named(given, PLAN_FORM).map(|(name, file)| (name, Path::new(file)))
 }

@@ -163,12 +163,4 @@ mod tests {
         assert_eq!((result.vehicles_veh, result.delay_s), (2.0, Some(25.0)));
         assert_eq!((result.queue_50_veh, result.queue_95_veh), (0.0, 9.0));
     }
-
-    #[test]
-    fn a_movement_without_vehicles_has_no_delay() {
-        let mut all = ByEpisode::default();
-        all.add(episode(0, 0.0, &[]));
-        assert_eq!((all.results()[0].delay_s, all.results()[0].queue_95_veh), (None, 0.0));
-        assert!(ByEpisode::default().results().is_empty());
-    }
 }

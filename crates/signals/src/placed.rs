@@ -14,15 +14,13 @@ use osm_signals::angle::normalise_degrees;
 use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
-use crate::existing::ran::of_program;
-use crate::existing::{ExistingPlan, NamedPlan, NamedProgram, Plans};
+use crate::existing::{ExistingPlan, NamedPlan, Plans};
 use crate::family::approaches::Intersection;
 use crate::family::doubts::Doubt;
 use crate::family::load::LoadedScenario;
 use crate::junction::Movement as ArmMovement;
 use crate::network::intersection::{IntersectionSpec, intersections};
 use crate::network::lanes::{LaneLayout, layout, link_order};
-use crate::network::plain::SIGNAL;
 use crate::settings::Detail;
 use crate::turning::{matched_arms, meant};
 use crate::vocabulary::{Heading, movement_names, number_in, on_side};
@@ -45,12 +43,7 @@ pub struct Placed {
     pub doubts: Vec<Doubt>,
 }
 
-/// Gives plans to the intersections of a scenario.
-///
-/// # Errors
-///
-/// [`FamilyError`] where no plan belongs to an intersection, two belong to one, or intersections have no approaches of
-/// their own. A plan that cannot be simulated is no error, see [`Placed::refused`].
+/// Gives plans to the intersections of a scenario. A plan that cannot be simulated is no error, see [`Placed::refused`].
 pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyError> {
     let wrong = |line: u64, message: String| at(&plans.file, Fault { line, message });
     if loaded.scenario.family.detail != Detail::PerApproach || loaded.intersections.is_empty() {
@@ -60,23 +53,9 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
     }
     let specs = intersections(loaded).map_err(|e| wrong(1, e.to_string()))?;
     let known = few(loaded.intersections.iter().map(|i| i.id.clone()));
-    let (mut all, mut elsewhere) = (plans.all.clone(), Vec::new());
-    for program in &plans.programs {
-        match of_states(program, loaded, &specs).map_err(|message| wrong(program.line, message))? {
-            Some(plan) => all.push(plan),
-            None => elsewhere.push(program.program.signal.clone()),
-        }
-    }
-    if let (Some(first), true) = (plans.programs.first(), all.is_empty()) {
-        let message = format!(
-            "no tlLogic ({}) is an intersection of the scenario ({known}); give each the id of its intersection, or of its \
-             point MDP",
-            few(elsewhere.into_iter())
-        );
-        return Err(wrong(first.line, message));
-    }
+    let all = &plans.all;
     let mut meant_by = Vec::with_capacity(all.len());
-    for plan in &all {
+    for plan in all {
         let is_point = loaded.family.points.iter().any(|point| point.id == plan.intersection);
         meant_by.push(
             match meant(&plan.intersection, loaded.intersections.iter().map(|i| i.id.as_str())) {
@@ -138,20 +117,13 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
     }
     let unused = all.iter().zip(&used).filter(|(_, used)| !**used);
     let unused = unused.map(|(plan, _)| named_in(&plan.intersection, &plan.period));
-    let programs = (!plans.programs.is_empty()).then(|| {
-        Doubt::whole(
-            "programs of SUMO are shown as phases of one ring, in which all lights that end do so together; of parameters only \
-             max-gap is read; check that the states have the links of the network in its order",
-        )
-    });
     let doubts = [
         Doubt::of(
             "existing plans of intersections or periods that the scenario does not have",
-            unused.chain(elsewhere).collect(),
+            unused.collect(),
         ),
         Doubt::of("intersections without an existing plan", without),
         Doubt::of("existing plans are not quite as they look", notes),
-        programs,
     ];
     placed.doubts = doubts.into_iter().flatten().collect();
     Ok(placed)
@@ -159,10 +131,6 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
 
 impl Placed {
     /// Refuses plans that cannot be simulated, unless they are of a network: those are left out.
-    ///
-    /// # Errors
-    ///
-    /// [`FamilyError::Csv`] with file and line of the first of them.
     pub fn whole(self, plans: &Plans) -> Result<Self, FamilyError> {
         match self.refused.first().filter(|_| !plans.is_utdf) {
             None => Ok(self),
@@ -197,70 +165,6 @@ fn named_in(intersection: &str, period: &str) -> String {
     format!("{intersection}{separator}{period}")
 }
 
-/// Returns the plan that a program of SUMO is; `None` for one of another signal.
-fn of_states(
-    named: &NamedProgram,
-    loaded: &LoadedScenario,
-    specs: &[IntersectionSpec],
-) -> Result<Option<NamedPlan>, String> {
-    let program = &named.program;
-    let id = program.signal.as_str();
-    let fail = |message: &str| format!("signal {id}: {message}");
-    let own = |place: usize| &loaded.intersections[loaded.members[place][0]];
-    let points = &loaded.family.points;
-    let is_called = |place: &usize| points[*place].id == id || own(*place).id == id;
-    let place = match (0..points.len()).find(is_called) {
-        Some(place) => Some(place),
-        None => {
-            let same = meant(id, (0..points.len()).map(|place| own(place).id.as_str()))?;
-            let is_only = (0..points.len()).all(|place| own(place).id == own(0).id);
-            let is_meant =
-                |place: &usize| same == Some(&own(*place).id) || (id == SIGNAL && is_only);
-            (0..points.len()).find(is_meant)
-        }
-    };
-    let Some(place) = place else { return Ok(None) };
-    let (intersection, spec) = (own(place), &specs[place]);
-    let layout = layout(spec).map_err(|e| e.to_string())?;
-    let incoming = || intersection.arms.iter().enumerate().filter(|(_, arm)| arm.lanes_in > 0);
-    let told = Heading::told(incoming().map(|(_, arm)| arm.arm.as_str())).unwrap_or_else(|| {
-        Heading::of_approaches(
-            &incoming().map(|(_, arm)| arm.bearing_deg + 180.0).collect::<Vec<_>>(),
-        )
-    });
-    if told.iter().collect::<BTreeSet<_>>().len() < told.len() {
-        return Err(fail(
-            "two approaches have the same direction of travel; give the plan as a table of phases",
-        ));
-    }
-    let order = order_of_arms(intersection, spec.side);
-    let headings: BTreeMap<usize, Heading> =
-        incoming().map(|(arm, _)| order[arm]).zip(told).collect();
-    let movements = by_link(spec, &layout);
-    let way = |m: &ArmMovement| (headings[&m.from], on_side(m.turn, spec.side));
-    let called = movement_names(movements.iter().map(way));
-    let name_of: BTreeMap<ArmMovement, String> = movements.into_iter().zip(called).collect();
-    let of_links = layout.connections.iter().map(|c| name_of[&c.movement].clone());
-    let names: BTreeMap<usize, String> =
-        link_order(spec, &layout).into_iter().zip(of_links).collect();
-    let letters = program.phases[0].state.len();
-    if letters != names.len() {
-        let links: Vec<&str> = names.values().map(String::as_str).collect();
-        return Err(fail(&format!(
-            "states have {letters} letters, but the intersection has {} links ({}); give each its letter, in this order",
-            links.len(),
-            links.join(" ")
-        )));
-    }
-    let plan = of_program(program, &names).expect("static and actuated programs are read");
-    if plan.phases.is_empty() {
-        return Err(fail("no phase has a green; give it one"));
-    }
-    let is_point = points[place].id == id;
-    let intersection = if is_point { id } else { &intersection.id }.to_owned();
-    Ok(Some(NamedPlan { intersection, period: String::new(), plan, line: named.line }))
-}
-
 /// Returns the position in the network of every arm: they are numbered by their bearings as the network has them.
 fn order_of_arms(intersection: &Intersection, side: DrivingSide) -> Vec<usize> {
     let bearing_deg =
@@ -286,10 +190,6 @@ fn by_link(spec: &IntersectionSpec, layout: &LaneLayout) -> Vec<ArmMovement> {
 }
 
 /// Returns a plan with the ways of its movements, and what of it is not as it looks.
-///
-/// # Errors
-///
-/// What the plan lacks, or has and the intersection has not, with the way out.
 fn place(
     plan: &ExistingPlan,
     intersection: &Intersection,
@@ -587,35 +487,6 @@ mod tests {
         );
     }
 
-    #[test]
-    fn several_exits_on_one_side_are_told_apart_where_the_plan_does() {
-        let tried = |names: [&str; 2]| {
-            let [first, second] = names;
-            let phases = vec![
-                phase(1, [1, 1, 1], first),
-                phase(2, [1, 1, 2], second),
-                phase(3, [1, 1, 3], "SBL SBT SBR"),
-                phase(4, [1, 1, 4], "WBL WBT WBR"),
-                phase(5, [1, 1, 5], "NEL NER"),
-            ];
-            let plan = ExistingPlan::new(Control::Actuated, phases);
-            placed(&scenario(&[0.0, 90.0, 180.0, 225.0, 270.0], ""), &plans(plan)).unwrap()
-        };
-        // From the south the west (arm 4) is the first left, the southwest (arm 3) the second one, which does not cross what
-        // comes from the west.
-        let apart = tried(["NBL NBT NBR", "EBL EBT EBR NBL2"]);
-        assert_eq!(apart.refused, []);
-        let way = |placed: &Placed, name: &str| placed.of_point["i0007"].ways[name].clone();
-        let to = |arm: u32| ("in2".to_owned(), format!("out{arm}"));
-        assert_eq!((way(&apart, "NBL"), way(&apart, "NBL2")), (vec![to(4)], vec![to(3)]));
-        let both = vec![to(3), to(4)];
-        for name in ["NBL", "NBL2"] {
-            let mut alone = way(&tried([format!("{name} NBT NBR").as_str(), "EBL EBT EBR"]), name);
-            alone.sort_unstable();
-            assert_eq!(alone, both);
-        }
-    }
-
     /// The movements of the only intersection, one per phase, with the arms to which they lead.
     fn placed_ways(bearings_deg: &[f64], phases: &[&str]) -> BTreeMap<String, Vec<String>> {
         let phases = (1..).zip(phases).map(|(k, names)| phase(k, [1, 1, k], names));
@@ -659,138 +530,5 @@ mod tests {
         let mut more = plans(plan(Control::Pretimed));
         more.all.push(NamedPlan { intersection: "9".into(), line: 9, ..more.all[0].clone() });
         assert!(placed(&loaded, &more).unwrap().doubts[0].brief().contains("does not have (9)"));
-    }
-
-    #[test]
-    fn an_exact_name_goes_before_a_similar_one_and_several_similar_ones_are_refused() {
-        let mut table =
-            "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,right_turn_lanes,\
-             speed_mph,length_m,aadt_veh_per_day_per_lane,movements\n"
-                .to_owned();
-        for id in ["7", "007"] {
-            for bearing_deg in CROSS {
-                table += &format!("{id},a{bearing_deg},,,{bearing_deg},2,2,1,0,30,200,9000,\n");
-            }
-        }
-        let text = "name = \"s\"\n[family]\napproaches = \"a.csv\"\n";
-        let loaded = from_text(text, "s.toml", &[], &|_| Ok(table.clone())).unwrap();
-        let of = |ids: &[&str]| {
-            let one = plans(plan(Control::Pretimed));
-            let named = |id: &&str| NamedPlan { intersection: (*id).into(), ..one.all[0].clone() };
-            let given = Plans { all: ids.iter().map(named).collect(), ..one.clone() };
-            let placed = placed(&loaded, &given).unwrap();
-            (placed.of_point.len(), placed.doubts.iter().map(Doubt::brief).collect::<Vec<_>>())
-        };
-        assert_eq!(of(&["7", "007"]), (2, vec![]));
-        let without = "intersections without an existing plan (007)".to_owned();
-        assert_eq!(of(&["7"]), (1, vec![without]));
-        let mut either = plans(plan(Control::Pretimed));
-        either.all[0].intersection = "07".into();
-        let e = placed(&loaded, &either).unwrap_err().to_string();
-        let expected = "07 may be intersection 007 or 7; call it exactly like one of them";
-        assert_eq!(e, format!("e.csv, line 2: {expected}"));
-        let mut either = program(["GGgrrrGGgrrr", "rrrGGgrrrGGg"]);
-        either.programs[0].program.signal = "07".into();
-        let e = placed(&loaded, &either).unwrap_err().to_string();
-        assert!(e.contains(expected), "{e}");
-    }
-
-    #[test]
-    fn one_way_streets_need_phases_for_what_comes_in() {
-        let mut plan = plan(Control::Pretimed);
-        plan.phases = vec![phase(2, [1, 1, 1], "NBT NBL NBR"), phase(4, [2, 1, 1], "EBT")];
-        plan.cycle_s = None;
-        plan.reference.clear();
-        let placed = placed(&scenario(&CROSS, ""), &plans(plan)).unwrap();
-        assert!(placed.refused[0].1.contains("an approach has no phase"), "{placed:?}");
-    }
-
-    /// An additional file with a program for the crossing, whose 12 links are right, through and left of each arm from
-    /// north on, once per lane.
-    fn program(states: [&str; 2]) -> Plans {
-        let [a, b] = states;
-        let yellow = |state: &str| state.replace(['G', 'g'], "y");
-        let text = format!(
-            "<additional><tlLogic id='7' type='static' offset='5'><phase duration='30' state='{a}'/><phase duration='4' \
-             state='{}'/><phase duration='20' state='{b}'/><phase duration='4' state='{}'/></tlLogic></additional>",
-            yellow(a),
-            yellow(b)
-        );
-        crate::existing::read(&text, "p.add.xml").unwrap()
-    }
-
-    #[test]
-    fn the_states_of_a_program_are_movements_in_the_order_of_the_links() {
-        let placed = placed(&scenario(&CROSS, ""), &program(["GGgrrrGGgrrr", "rrrGGgrrrGGg"]));
-        let placed = placed.unwrap();
-        let plan = &placed.of_point["i0007"];
-        let told: Vec<_> = (plan.phases.iter())
-            .map(|p| (p.movements.join(" "), p.yielding.join(" "), p.max_green_s, p.yellow_s))
-            .collect();
-        let text = str::to_owned;
-        assert_eq!(
-            told,
-            [
-                (text("NBT NBR SBT SBR"), text("NBL SBL"), 30.0, 4.0),
-                (text("EBT EBR WBT WBR"), text("EBL WBL"), 20.0, 4.0),
-            ]
-        );
-        assert_eq!(
-            (plan.offset_s, plan.cycle_s, plan.control),
-            (Some(5.0), Some(58.0), Control::Pretimed)
-        );
-        assert_eq!(plan.ways["NBT"], [("in2".to_owned(), "out0".to_owned())]);
-        assert_eq!(placed.given[0].intersection, "7");
-    }
-
-    #[test]
-    fn the_states_of_a_program_tell_several_exits_on_one_side_apart() {
-        // Five arms from north on, each with right turns, through and left turns; the second left turn from the south is
-        // green with the approach from the west.
-        let states = [
-            "rrrrrrrrGGGrrrrrrrrr", "rrrrrrrrrrrGrrrrGGGG", "GGGGrrrrrrrrrrrrrrrr",
-            "rrrrGGGGrrrrrrrrrrrr", "rrrrrrrrrrrrGGGGrrrr",
-        ];
-        let phase =
-            |state: &str, seconds: u32| format!("<phase duration='{seconds}' state='{state}'/>");
-        let phases: Vec<String> = states
-            .iter()
-            .map(|s| format!("{}{}", phase(s, 20), phase(&s.replace('G', "y"), 4)))
-            .collect();
-        let text = format!(
-            "<additional><tlLogic id='7' type='static' offset='0'>{}</tlLogic></additional>",
-            phases.concat()
-        );
-        let given = crate::existing::read(&text, "p.add.xml").unwrap();
-        let loaded = scenario(&[0.0, 90.0, 180.0, 225.0, 270.0], "");
-        let placed = placed(&loaded, &given).unwrap();
-        assert_eq!(placed.refused, []);
-        let plan = &placed.of_point["i0007"];
-        let told: Vec<String> = plan.phases.iter().map(|p| p.movements.join(" ")).collect();
-        assert_eq!(told[..2], ["NBL NBT NBR", "NBL2 EBL EBT EBR EBR2"]);
-        assert_eq!(plan.ways["NBL2"], [("in2".to_owned(), "out3".to_owned())]);
-    }
-
-    #[test]
-    fn states_that_do_not_fit_are_refused_with_the_order_of_the_links() {
-        let of = |plans: &Plans| placed(&scenario(&CROSS, ""), plans).unwrap_err().to_string();
-        let e = of(&program(["GGrr", "rrGG"]));
-        let expected = "signal 7: states have 4 letters, but the intersection has 12 links (SBR SBT SBL WBR WBT WBL NBR NBT";
-        assert!(e.contains("p.add.xml, line 1") && e.contains(expected), "{e}");
-        let left = scenario(&CROSS, "[network]\ndriving_side = \"left\"\n");
-        let e = placed(&left, &program(["GGrr", "rrGG"])).unwrap_err().to_string();
-        let expected = "(NBL NBT NBR WBL WBT WBR SBL SBT SBR EBL EBT EBR)";
-        assert!(e.contains(expected), "anticlockwise from the southern arm: {e}");
-        let mut other = program(["GGgrrrGGgrrr", "rrrGGgrrrGGg"]);
-        other.programs[0].program.signal = "gneJ1".into();
-        let e = of(&other);
-        assert!(
-            e.contains(
-                "no tlLogic (gneJ1) is an intersection of the scenario (7); give each the id"
-            ),
-            "{e}"
-        );
-        let e = placed(&scenario(&CROSS, ""), &program(["GGGrrrGGGrrr", "rrrGGgrrrGGg"])).unwrap();
-        assert!(e.refused[0].1.contains("which cross"), "{e:?}");
     }
 }

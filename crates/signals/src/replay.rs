@@ -3,16 +3,16 @@
 //! A method that was trained comes from its model; one that was tuned runs the cycle that its record has; every other one
 //! does as it did. Metrics say whether it is the same episode.
 
-use super::control::dual_ring::{self, StageCycle};
+use super::control::dual_ring;
 use super::control::registry::METHODS;
-use super::control::{ControlError, Controller, Drive, GreenPhase, SignalSpec};
+use super::control::{ControlError, Controller, Drive, SignalSpec};
 use super::control::{coordinated, existing};
 use super::controllers::create;
 use super::domain::scenario_of;
 use super::environment::{environment, planned_world};
 use super::model::SignalModel;
 use super::network_files::GENERATED;
-use super::program::{ProgramKind, ProgramPhase, SignalProgram};
+use super::program::{ProgramKind, SignalProgram};
 use super::sim::Sim;
 use super::trial::SignalTrial;
 use evaluation::run::RunError;
@@ -51,20 +51,9 @@ impl Controller for Recorded {
                     Ok(Drive::Recorded(phases.collect(), program.offset_s))
                 }
                 (false, ProgramKind::DualRing) => {
-                    let stages = program
-                        .stages
-                        .as_ref()
-                        .ok_or_else(|| fail("the record has no stages of it"))?;
-                    let green = |stage: &ProgramPhase| {
-                        let phase = signal.phases.iter().position(|p| p.state == stage.state);
-                        Some((GreenPhase(phase?), stage.duration_s))
-                    };
-                    let greens: Option<Vec<_>> = stages.greens.iter().map(green).collect();
-                    let greens = greens
-                        .ok_or_else(|| fail("a stage of the record is none of its greens"))?;
-                    let (offset_s, coordinated) = (stages.offset_s, stages.coordinated);
-                    let cycle = StageCycle { greens, offset_s, coordinated };
-                    Ok(Drive::CoordinatedRings(self.rings.clone(), cycle))
+                    let stages = program.stages.clone();
+                    let stages = stages.ok_or_else(|| fail("the record has no stages of it"))?;
+                    Ok(Drive::CoordinatedRings(self.rings.clone(), stages))
                 }
                 _ => Err(fail("what the record has is no cycle")),
             }
@@ -79,10 +68,6 @@ impl Controller for Recorded {
 ///
 /// * `summary` — of the record.
 /// * `seed` — of the episode.
-///
-/// # Errors
-///
-/// [`RunError`] when a file is not as it was planned, or the method is one of somebody's own.
 pub fn replay<S: Sim>(
     sim: S,
     layout: &Layout,

@@ -31,13 +31,11 @@
 
 mod crosswalks;
 mod program;
-mod walks;
 
 use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 
-pub use crosswalks::{WALK_S, has_unopposed};
-pub use walks::Walk;
+pub use crosswalks::{WALK_S, Walk, has_unopposed};
 
 use crate::settings::{ChangeInterval, SignalSettings};
 
@@ -52,7 +50,7 @@ const VEHICLE_M: f64 = 6.1;
 
 /// Lowest speed at which a vehicle clears the junction, metres per second: that of somebody who walks. Networks have
 /// approaches with a speed limit of 0. Our choice.
-pub const SLOWEST_MPS: f64 = 1.4;
+const SLOWEST_MPS: f64 = 1.4;
 
 /// Longest yellow, seconds (MUTCD).
 const MAX_YELLOW_S: u32 = 6;
@@ -204,7 +202,6 @@ impl Timing {
         any
     }
 
-    /// Returns the turns of an approach that a green serves.
     fn served<'a>(&'a self, green: &'a str, approach: usize) -> impl Iterator<Item = Turn> + 'a {
         green
             .chars()
@@ -226,7 +223,7 @@ impl Timing {
 }
 
 /// Returns the yellow of ITE's formula at a speed, seconds, before it is rounded up and brought within its limits.
-pub fn kinematic_yellow_s(speed_mps: f64) -> f64 {
+fn kinematic_yellow_s(speed_mps: f64) -> f64 {
     REACTION_S + speed_mps / (2.0 * DECELERATION_MPS2)
 }
 
@@ -329,19 +326,6 @@ mod tests {
             [("Gygrr".to_owned(), 3), ("Grgrr".to_owned(), 2)]
         );
         assert_eq!(timing.between("GGgrr", "GGGrr"), []);
-    }
-
-    #[test]
-    fn more_yellow_than_the_longest_is_given_where_it_is_asked_for() {
-        let settings = SignalSettings { yellow_time_s: 8, ..field() };
-        assert_eq!(cross(&settings).change(THROUGH, OTHER).unwrap().yellow_s, 8);
-    }
-
-    #[test]
-    fn where_no_green_ends_nothing_changes() {
-        let timing = cross(&field());
-        assert_eq!(timing.change("rGrrrrrrrrrr", THROUGH), None);
-        assert_eq!(timing.change(THROUGH, THROUGH), None);
     }
 
     #[test]

@@ -60,9 +60,8 @@ pub struct RunArgs {
     /// to 10]
     #[arg(long, value_name = "N,...", value_delimiter = ',')]
     pub looks: Vec<NonZeroUsize>,
-    /// Plans that the signals have today, for the method existing: a table with a row per phase, UTDF, or an
-    /// additional file of SUMO with tlLogic [default: those of
-    /// the scenario]
+    /// Plans that the signals have today, for the method existing: a table with a row per phase, or UTDF
+    /// [default: those of the scenario]
     #[arg(long, value_name = "FILE", conflicts_with = "sumocfg")]
     pub existing: Option<PathBuf>,
     /// Methods, separated by commas, or `all`; for signals `baseline` always runs [default: those of the run that is in

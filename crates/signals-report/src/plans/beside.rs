@@ -55,10 +55,6 @@ impl Beside<'_> {
     /// # Arguments
     ///
     /// * `refused` — the text of an additional file whose programs SUMO refuses there; see [`is_refused`].
-    ///
-    /// # Errors
-    ///
-    /// A file of the scenario that cannot be read, a copy that cannot be written, programs that SUMO takes in no way.
     pub(super) fn write(&self, refused: Option<&str>) -> Result<Handed, TrafficError> {
         let Self { own, point, folder, copies } = *self;
         let copies = folder.join(copies);

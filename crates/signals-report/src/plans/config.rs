@@ -35,10 +35,6 @@ pub(super) struct Show<'a> {
 }
 
 /// Returns the text of a configuration.
-///
-/// # Errors
-///
-/// What is wrong with the scenario's own.
 pub(super) fn configuration(show: &Show<'_>) -> Result<String, String> {
     // Read as if it lay where the new one does, so that its files are seen from there.
     let own = SumoConfig::parse(show.text, &show.way.join("own.sumocfg"))?;
@@ -63,10 +59,6 @@ pub(super) fn configuration(show: &Show<'_>) -> Result<String, String> {
 }
 
 /// Returns the options that a run sets itself in an episode: long name, value.
-///
-/// # Errors
-///
-/// [`SimError::Config`] when the manifest has something else than what a command line says.
 pub(super) fn set_by_run(
     identity: &Identity,
     point: &PointRow,
@@ -89,11 +81,6 @@ pub(super) fn set_by_run(
     Ok(options.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
 }
 
-/// Returns the way from a folder to the folder of a configuration.
-///
-/// # Errors
-///
-/// [`FileError`] when one of the two is not there.
 pub(super) fn way_to(config: &Path, folder: &Path) -> Result<PathBuf, FileError> {
     let absolute = |path: &Path| fs::canonicalize(path).map_err(FileError::at("find", path));
     let parent = config.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -11,14 +11,14 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
-use super::cabinet::{hides_walk, of_plan, phases, seconds, unrounded_yellow, unserved_people};
+use super::cabinet::{hides_walk, of_plan, phases, seconds, unserved_people};
 use super::told::{Told, best_of_all_signals};
 use crate::shown::Seen;
 use basics::files::{FileError, write_atomically};
 use evaluation::family::names::safe_id;
+use evaluation::report::ReportError;
 use evaluation::report::figures::shown as named;
 use evaluation::report::page::render;
-use evaluation::report::{ReportError, format};
 use signals::existing::table::to_csv;
 use signals::existing::{Control, ExistingPlan, NamedPlan};
 use signals::family::load::number_of_intersection;
@@ -33,33 +33,22 @@ const PLAIN_ARMS: usize = 4;
 /// Most names that a note lists.
 const FEW: usize = 6;
 
-/// What was written.
-#[derive(Debug, Default)]
-pub(crate) struct Written {
-    /// Notes for people.
-    pub(crate) notes: Vec<String>,
-}
-
-/// Writes tables, UTDF and pages into the folder of plans.
-///
-/// # Errors
-///
-/// [`ReportError`] when a file cannot be written.
-pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, ReportError> {
+/// Writes tables, UTDF and pages into the folder of plans, and returns notes for people.
+pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Vec<String>, ReportError> {
     let (alone, several): (Vec<Told>, Vec<Told>) =
         best_of_all_signals(seen).into_iter().partition(|told| told.is_alone);
-    let mut written = Written::default();
+    let mut notes = Vec::new();
     if alone.is_empty() && several.is_empty() {
-        return Ok(written);
+        return Ok(notes);
     }
     std::fs::create_dir_all(folder).map_err(FileError::at("create", folder))?;
     write_tables(folder, seen, &alone)?;
-    write_utdf(folder, seen, &alone, &mut written)?;
+    write_utdf(folder, seen, &alone, &mut notes)?;
     if seen.data.points.len() > MOST_PAGES {
-        written.notes.push(format!(
+        notes.push(format!(
             "no pages of plans per intersection: more than {MOST_PAGES} intersections"
         ));
-        return Ok(written);
+        return Ok(notes);
     }
     for point in 0..seen.data.points.len() {
         let of_point = |told: &&Told| told.point == point;
@@ -78,10 +67,9 @@ pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, ReportErro
         .map_err(ReportError::Template)?;
         write_atomically(&folder.join(page_name(seen, point)), html.as_bytes())?;
     }
-    Ok(written)
+    Ok(notes)
 }
 
-/// Returns the name of the page of an intersection.
 pub(crate) fn page_name(seen: Seen<'_>, point: usize) -> String {
     format!("{}.html", seen.data.points[point].row.point)
 }
@@ -108,23 +96,23 @@ fn write_utdf(
     folder: &Path,
     seen: Seen<'_>,
     all: &[Told],
-    written: &mut Written,
+    notes: &mut Vec<String>,
 ) -> Result<(), ReportError> {
     let identity = &seen.data.manifest.identity;
     let mut files: BTreeMap<String, Vec<(u32, ExistingPlan)>> = BTreeMap::new();
-    let (mut nameless, mut refused, mut many_arms) = (Vec::new(), Vec::new(), BTreeSet::new());
+    let (mut left_out, mut many_arms) = (Vec::new(), BTreeSet::new());
     for told in all {
         let (point, method) = (&identity.points[told.point].point, &identity.methods[told.method]);
         let drawn = seen.shown.drawing(point);
         let numbered =
             drawn.and_then(|d| Some((number_of_intersection(&d.intersection)?, &d.period)));
         let Some((number, period)) = numbered else {
-            nameless.push(point.clone());
+            left_out.push(format!("{point}: its id is no number"));
             continue;
         };
         // One plan that UTDF cannot say does not keep the others from being written.
         if let Err(reason) = to_utdf(&[(number, told.given_back())]) {
-            refused.push(format!("{method}, {reason}"));
+            left_out.push(format!("{method}, {reason}"));
             continue;
         }
         if drawn.is_some_and(|drawn| drawn.arms.len() > PLAIN_ARMS) {
@@ -139,29 +127,22 @@ fn write_utdf(
         let text = to_utdf(&plans).expect("each of them was written");
         write_atomically(&folder.join(name), text.as_bytes())?;
     }
-    nameless.dedup();
+    left_out.dedup();
     let few = |names: &[String]| {
         let more = if names.len() > FEW { ", ..." } else { "" };
         format!("{}{more}", names[..names.len().min(FEW)].join(", "))
     };
     // Where no intersection has a number, nobody came from UTDF.
-    if has_numbers && !nameless.is_empty() {
-        let about = format::count(nameless.len(), "intersection");
-        written.notes.push(format!(
-            "no UTDF of {about} whose id is no number ({}); UTDF has numbered nodes",
-            few(&nameless)
-        ));
+    if has_numbers && !left_out.is_empty() {
+        notes.push(format!("no UTDF of plans that it cannot say ({})", few(&left_out)));
     }
     if !many_arms.is_empty() {
         let names: Vec<String> = many_arms.into_iter().collect();
-        written.notes.push(format!(
+        notes.push(format!(
             "UTDF of intersections with more than {PLAIN_ARMS} arms ({}) names movements after where they lead: compare the \
              columns of [Lanes] with those of your network before you merge them",
             few(&names)
         ));
-    }
-    if !refused.is_empty() {
-        written.notes.push(format!("no UTDF of plans that it cannot say ({})", few(&refused)));
     }
     Ok(())
 }
@@ -195,7 +176,6 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
         title => shown.title(row),
         point => row.point.as_str(),
         plans => plans.collect::<Vec<_>>(),
-        yellow => shown.drawing(&row.point).and_then(|drawn| unrounded_yellow(data, drawn)),
         simulator => identity.simulator.as_str(),
         version => identity.tsc_family.as_str(),
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::task_plan::TaskPlan;
+use super::TaskPlan;
 use crate::shown::Seen;
 use evaluation::analysis::Analysis;
 use evaluation::store::manifest::PointRow;
@@ -189,7 +189,7 @@ fn rename(plan: &mut ExistingPlan, renamed: &BTreeMap<String, String>) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use signals::existing::{Control, PlanPhase, Recall};
     use signals::places::DrawnArm;
 
@@ -261,7 +261,7 @@ mod tests {
         all.iter().map(|name| (*name).to_owned()).collect()
     }
 
-    fn phase() -> PlanPhase {
+    pub(in crate::plans) fn phase() -> PlanPhase {
         PlanPhase {
             number: 2,
             ring: 1,

@@ -47,7 +47,7 @@ pub enum BaselineProgram {
 
 impl BaselineProgram {
     /// Whether it is an equal split, in an imported scenario or a generated network.
-    pub fn is_equal_split(self, imported: bool) -> bool {
+    fn is_equal_split(self, imported: bool) -> bool {
         match self {
             Self::Auto => imported,
             Self::Netconvert => false,

@@ -28,14 +28,13 @@
 
 use std::collections::BTreeMap;
 
-use super::dual_ring::{self, Recall, StageCycle};
+use super::dual_ring::{self, Recall};
 use super::fixed_time::{OWN, PLAN, SIMULATIONS, budget};
 use super::phase_sets::covering;
 use super::streets::{Stop, Street, streets};
 use super::webster::{Constants, greens, split};
-use super::{
-    ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Light, Setup, SignalSpec, Trainer,
-};
+use super::{ControlError, Controller, Drive, EpisodeOutcome, Light, Setup, SignalSpec, Trainer};
+use crate::program::{ProgramPhase, RingStages};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::settings;
 
@@ -176,11 +175,14 @@ impl Coordinated {
 
     fn drive(&self, signal: usize, plan: Option<&Timed>) -> Drive {
         let Some(plan) = plan else { return Drive::OwnProgram };
-        let phases = plan.phases.iter().copied().map(GreenPhase);
-        let greens = phases.zip(plan.greens_s.iter().copied()).collect();
-        let coordinated = self.coordinated_stage(signal, plan);
-        let cycle = StageCycle { greens, offset_s: plan.offset_s, coordinated };
-        Drive::CoordinatedRings(rings(&self.config), cycle)
+        let state = |phase: &usize| &self.signals[signal].phases[*phase].state;
+        let greens = plan.phases.iter().map(state).zip(&plan.greens_s);
+        let stages = RingStages {
+            greens: greens.map(|(state, green_s)| ProgramPhase::fixed(state, *green_s)).collect(),
+            offset_s: plan.offset_s,
+            coordinated: self.coordinated_stage(signal, plan),
+        };
+        Drive::CoordinatedRings(rings(&self.config), stages)
     }
 
     /// Returns the stage with the longest green of the busiest street at a signal.

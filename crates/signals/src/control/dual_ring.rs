@@ -1,6 +1,5 @@
 //! What dual-ring control is told; [`super::nema`] and [`super::coordinated`] explain it.
 
-use super::GreenPhase;
 use serde::{Deserialize, Serialize};
 
 use evaluation::settings::setting::settings;
@@ -15,17 +14,6 @@ pub enum Recall {
     Main,
     /// The through phases of every street.
     All,
-}
-
-/// A cycle that two rings keep to, as stages of the signal.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StageCycle {
-    /// The stages in order, each with its green, seconds, without the yellows in between.
-    pub greens: Vec<(GreenPhase, f64)>,
-    /// When the first green begins, seconds after time 0 and its multiples of the cycle.
-    pub offset_s: u32,
-    /// The stage in which the coordinated street is green.
-    pub coordinated: usize,
 }
 
 settings! {

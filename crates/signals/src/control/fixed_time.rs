@@ -25,7 +25,6 @@
 //! Source: Jayawardana et al. (NeurIPS 2022), section 4, "Fine-tuned Fixed time"; the paper does
 //! not say how it was tuned.
 
-mod plan;
 mod search;
 #[cfg(test)]
 mod tests;
@@ -36,9 +35,6 @@ use std::collections::BTreeMap;
 use argmin::core::Executor;
 use argmin::solver::neldermead::NelderMead;
 
-use self::plan::describe;
-pub(super) use self::plan::{KEPT, SIMULATIONS, TUNING};
-pub use self::plan::{OWN, PLAN, Plan, kept_start};
 use self::search::{Search, SearchState};
 use super::phase_sets::covering;
 use super::webster::{Constants, greens};
@@ -73,6 +69,65 @@ settings! {
 pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
     let Config { simulations, lost_time_s, saturation_flow_vph } = *config;
     Box::new(FixedTime::new(Constants { lost_time_s, saturation_flow_vph }, simulations))
+}
+
+/// What is said of a plan that is the network's own.
+pub const OWN: &str = "the network's own program";
+
+/// Start of the names of details that are plans; the signal follows.
+pub const PLAN: &str = "plan ";
+
+/// Name of the detail that counts the episodes of tuning.
+pub(super) const SIMULATIONS: &str = "simulations";
+
+/// Name of the detail that says what became of tuning, and what it then says.
+pub(super) const TUNING: &str = "tuning";
+pub(super) const KEPT: &str = "kept the plans that it started from";
+
+/// Returns whether tuning kept the plans that it started from, by the details of its record; `None` where nothing was
+/// tuned.
+pub fn kept_start(details: &BTreeMap<String, String>) -> Option<bool> {
+    details.get(SIMULATIONS)?;
+    let mut plans = details.iter().filter(|(name, _)| name.starts_with(PLAN)).peekable();
+    plans.peek()?;
+    let says = details.get(TUNING).is_some_and(|text| text == KEPT);
+    Some(says || plans.all(|(_, text)| text == OWN))
+}
+
+/// A fixed cycle of one signal.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Plan {
+    /// The network's own program.
+    Own,
+    /// Greens in their order, seconds.
+    Cycle(Vec<(GreenPhase, f64)>),
+}
+
+impl Plan {
+    /// Returns what drives the signal.
+    fn drive(&self) -> Drive {
+        match self {
+            Self::Own => Drive::OwnProgram,
+            Self::Cycle(greens) => Drive::Cycle(greens.clone()),
+        }
+    }
+}
+
+/// Returns a plan in words, with its cycle and the greens of its phases.
+fn describe(signal: &SignalSpec, plan: &Plan) -> String {
+    match plan {
+        Plan::Own => OWN.to_owned(),
+        Plan::Cycle(greens) => {
+            let phases: Vec<usize> = greens.iter().map(|(phase, _)| phase.0).collect();
+            let cycle_s =
+                greens.iter().map(|(_, g)| g).sum::<f64>() + signal.limits.lost_s(&phases);
+            let greens: Vec<_> = greens
+                .iter()
+                .map(|(phase, green)| format!("{} {green} s", signal.phases[phase.0].state))
+                .collect();
+            format!("cycle {cycle_s} s: {}", greens.join(", "))
+        }
+    }
 }
 
 /// Seed of the episodes that the search compares plans on.
@@ -176,7 +231,6 @@ impl FixedTime {
         trainer.episode(self, seed)
     }
 
-    /// Returns the plan of a signal that tuning starts from.
     fn start(&self, spec: &SignalSpec, flow_vph: &[f64]) -> Plan {
         match spec.limits.own_program {
             true => Plan::Own,
@@ -215,11 +269,15 @@ impl FixedTime {
             // Nothing can be simulated, and the own program is no choice: Webster's plan as it is.
             tried.push((own_delay_s, self.start(&spec, flow_vph)));
         }
-        self.plans[signal] = self.decide(trainer, signal, tried, budget >= finals)?;
+        let (own, mut cycles): (Vec<_>, Vec<_>) =
+            tried.into_iter().partition(|(_, plan)| *plan == Plan::Own);
+        cycles.sort_by(|a, b| a.0.total_cmp(&b.0));
+        cycles.truncate(FINALISTS - 1);
+        let finalists = own.into_iter().chain(cycles).map(|(s, plan)| (s, vec![plan])).collect();
+        self.plans = self.decide(trainer, finalists, budget >= finals)?;
         Ok(())
     }
 
-    /// Returns Webster's plan for a set of phases.
     fn webster(&self, spec: &SignalSpec, set: Vec<usize>, flow_vph: &[f64]) -> Plan {
         let greens = greens(spec, &set, flow_vph, &self.constants);
         Plan::Cycle(set.into_iter().map(GreenPhase).zip(greens).collect())
@@ -283,30 +341,25 @@ impl FixedTime {
         }
     }
 
-    /// Compares the best cycles, and the own program where it is a choice, on further seeds and returns
-    /// the winner; without further seeds the delay on the search seed decides.
+    /// Returns the network with the least delay on further seeds, of equal ones the first; without further seeds the delay on
+    /// the search seed decides.
     fn decide(
         &mut self,
         trainer: &mut dyn Trainer,
-        signal: usize,
-        tried: Vec<(f64, Plan)>,
+        finalists: Vec<(f64, Vec<Plan>)>,
         with_finals: bool,
-    ) -> Result<Plan, ControlError> {
-        let (own, mut cycles): (Vec<_>, Vec<_>) =
-            tried.into_iter().partition(|(_, plan)| *plan == Plan::Own);
-        cycles.sort_by(|a, b| a.0.total_cmp(&b.0));
-        cycles.truncate(FINALISTS - 1);
-        let mut best: Option<(f64, Plan)> = None;
-        for (search_delay_s, plan) in own.into_iter().chain(cycles) {
+    ) -> Result<Vec<Plan>, ControlError> {
+        let mut best: Option<(f64, Vec<Plan>)> = None;
+        for (search_delay_s, network) in finalists {
             let mut total_s = search_delay_s;
             if with_finals {
                 total_s = 0.0;
                 for seed in FINAL_SEEDS {
-                    total_s += self.try_plan(trainer, signal, &plan, seed)?;
+                    total_s += self.try_network(trainer, &network, seed)?;
                 }
             }
             if best.as_ref().is_none_or(|(least, _)| total_s < *least) {
-                best = Some((total_s, plan));
+                best = Some((total_s, network));
             }
         }
         Ok(best.expect("there is at least one plan").1)
@@ -359,7 +412,9 @@ impl FixedTime {
                 finalists.push(network);
             }
         }
-        self.plans = self.decide_network(trainer, finalists)?;
+        let is_open = finalists.len() > 1;
+        let finalists = finalists.into_iter().map(|network| (0.0, network)).collect();
+        self.plans = self.decide(trainer, finalists, is_open)?;
         Ok(())
     }
 
@@ -414,27 +469,6 @@ impl FixedTime {
         let (delay_s, plan) = tried.swap_remove(0);
         self.plans[signal] = plan;
         Ok(delay_s)
-    }
-
-    /// Returns the network with the least delay on further seeds, of equal ones the first.
-    fn decide_network(
-        &mut self,
-        trainer: &mut dyn Trainer,
-        mut finalists: Vec<Vec<Plan>>,
-    ) -> Result<Vec<Plan>, ControlError> {
-        let (mut least_s, mut winner) = (f64::INFINITY, 0);
-        if finalists.len() > 1 {
-            for (i, network) in finalists.iter().enumerate() {
-                let mut total_s = 0.0;
-                for seed in FINAL_SEEDS {
-                    total_s += self.try_network(trainer, network, seed)?;
-                }
-                if total_s < least_s {
-                    (least_s, winner) = (total_s, i);
-                }
-            }
-        }
-        Ok(finalists.swap_remove(winner))
     }
 
     fn try_network(

@@ -40,7 +40,6 @@ pub(super) trait Agent: Sized {
     /// Begins an episode of validation, in which every policy draws the same random numbers.
     fn begin_validation(&mut self) {}
 
-    /// What of the algorithm is kept.
     fn kept(&self) -> &dyn Persist;
 
     /// The same, to be replaced.
@@ -204,18 +203,12 @@ impl<A: Agent> Learner for Independent<A> {
         self.learners.iter().all(|own| own.agent.kept().is_finite())
     }
 
-    fn learned(&self, model: &mut Archive) {
+    fn save(&self, archive: &mut Archive, is_checkpoint: bool) {
         for own in &self.learners {
-            own.agent.kept().learned(&own.prefix(), model);
-            if let Some(normaliser) = &own.normaliser {
-                normaliser.save(&own.prefix(), model);
+            match is_checkpoint {
+                true => own.agent.kept().save(&own.prefix(), archive),
+                false => own.agent.kept().learned(&own.prefix(), archive),
             }
-        }
-    }
-
-    fn save(&self, archive: &mut Archive) {
-        for own in &self.learners {
-            own.agent.kept().save(&own.prefix(), archive);
             if let Some(normaliser) = &own.normaliser {
                 normaliser.save(&own.prefix(), archive);
             }

@@ -23,20 +23,12 @@ pub(super) trait Learner {
     fn senses(&mut self) -> &mut Given;
 
     /// Prepares for these signals, from the beginning.
-    ///
-    /// # Errors
-    ///
-    /// Why it cannot see them as it was told to.
     fn meet(&mut self, signals: &[SignalSpec]) -> Result<(), String>;
 
     /// Whether there is a signal to decide for; known after the first episode has begun.
     fn controls(&self) -> bool;
 
     /// As [`Controller::act`]; `training` says whether this is a training episode and where it stands.
-    ///
-    /// # Errors
-    ///
-    /// Those of senses that are not its own.
     fn act(
         &mut self,
         training: &TrainingState,
@@ -47,10 +39,6 @@ pub(super) trait Learner {
 
     /// As [`Controller::observe`], in training only; adds the rewards to the curve, and at the end of
     /// the episode what was measured in it.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::act`].
     fn observe(
         &mut self,
         training: &mut TrainingState,
@@ -62,20 +50,12 @@ pub(super) trait Learner {
     /// Whether what it has learned depends on state and action; where it does not, the network is dead.
     fn is_alive(&mut self) -> bool;
 
-    /// Whether what it has learned are numbers.
     fn is_finite(&self) -> bool;
 
-    /// Adds what it has learned.
-    fn learned(&self, model: &mut Archive);
+    /// Adds what it has learned; to a checkpoint everything that learning goes on from.
+    fn save(&self, archive: &mut Archive, is_checkpoint: bool);
 
-    /// Adds everything that learning goes on from.
-    fn save(&self, archive: &mut Archive);
-
-    /// Takes over what [`Self::learned`] or [`Self::save`] has added, also for other signals.
-    ///
-    /// # Errors
-    ///
-    /// [`ControlError::Model`] when it does not fit these signals.
+    /// Takes over what [`Self::save`] has added, also for other signals.
     fn restore(&mut self, signals: &[SignalSpec], archive: &Archive) -> Result<(), ControlError>;
 }
 
@@ -196,7 +176,7 @@ impl<L: Learner> Controller for Learning<L> {
                 archive.put("method", self.name());
                 archive.put("episodes", self.training.done);
                 archive.put("updated", self.training.updated);
-                self.learner.save(&mut archive);
+                self.learner.save(&mut archive, true);
                 archive
             })?;
         }
@@ -225,7 +205,7 @@ impl<L: Learner> Controller for Learning<L> {
     fn model(&self) -> Option<Archive> {
         self.learner.controls().then(|| {
             let mut model = training::model(self.name(), &self.signals);
-            self.learner.learned(&mut model);
+            self.learner.save(&mut model, false);
             model
         })
     }

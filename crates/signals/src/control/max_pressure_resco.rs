@@ -83,7 +83,6 @@ impl Controller for MaxPressureResco {
     }
 }
 
-/// Returns the movements that count for a phase; with `merge` as one movement with every lane once.
 fn counted(signal: &SignalSpec, phase: &Phase, merge: bool) -> Vec<Movement> {
     let mut movements: Vec<Movement> =
         phase.pair.iter().map(|m| signal.movements[*m].clone()).collect();

@@ -37,6 +37,7 @@ use osm_signals::Turn;
 use learners::nn::archive::{Archive, ArchiveError};
 
 use crate::needs::{Need, least_greens_s};
+use crate::program::RingStages;
 pub use crate::vocabulary::Light;
 use senses::Senses;
 
@@ -231,13 +232,11 @@ pub enum Drive {
     DualRing(dual_ring::Config),
     /// Dual-ring control within a cycle; see [`coordinated`]. Where two rings cannot follow the stages, they are a fixed
     /// cycle.
-    CoordinatedRings(dual_ring::Config, dual_ring::StageCycle),
+    CoordinatedRings(dual_ring::Config, RingStages),
     /// The plan that the signal has today, with its own times; see [`existing`].
     Existing,
     /// A cycle of green phases with their durations, seconds, without the yellows in between.
     Cycle(Vec<(GreenPhase, f64)>),
-    /// The same with an offset: the first green begins so many seconds after time 0, and once in every cycle.
-    Coordinated(Vec<(GreenPhase, f64)>, f64),
     /// A fixed cycle as a record has it: every state with its duration, seconds, yellow and all-red included, and the offset.
     Recorded(Vec<(String, f64)>, f64),
 }

@@ -278,17 +278,12 @@ impl Learner for MpLight {
         self.shared.as_ref().is_none_or(|shared| shared.dqn.is_finite())
     }
 
-    fn learned(&self, model: &mut Archive) {
+    fn save(&self, archive: &mut Archive, is_checkpoint: bool) {
         let Some(shared) = &self.shared else { return };
-        shared.dqn.learned("", model);
-        if let Some(normaliser) = &shared.normaliser {
-            normaliser.save("", model);
+        match is_checkpoint {
+            true => shared.dqn.save("", archive),
+            false => shared.dqn.learned("", archive),
         }
-    }
-
-    fn save(&self, archive: &mut Archive) {
-        let Some(shared) = &self.shared else { return };
-        shared.dqn.save("", archive);
         if let Some(normaliser) = &shared.normaliser {
             normaliser.save("", archive);
         }

@@ -55,7 +55,6 @@ pub(crate) fn limits(phases: usize) -> Limits {
     }
 }
 
-/// An observation with these queues, upstream and downstream.
 pub(crate) fn observation(queues: [f64; 2], downstream: [f64; 2]) -> Observation {
     let lanes = queues.map(|queue| LaneObservation { queue, ..LaneObservation::default() });
     Observation {

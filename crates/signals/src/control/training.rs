@@ -116,7 +116,6 @@ pub(super) fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Whether an archive is a checkpoint and not a model.
 pub(super) fn is_checkpoint(archive: &Archive) -> bool {
     archive.get::<String>("kind").is_ok_and(|kind| kind == CHECKPOINT)
 }
@@ -131,10 +130,6 @@ pub(super) fn model(method: &str, signals: &[SignalSpec]) -> Archive {
 }
 
 /// Checks that a model is for signals of this shape.
-///
-/// # Errors
-///
-/// [`ControlError::Model`] naming both shapes.
 pub(super) fn check_shape(archive: &Archive, signals: &[SignalSpec]) -> Result<(), ControlError> {
     if is_checkpoint(archive) {
         return Ok(());

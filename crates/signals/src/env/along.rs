@@ -38,25 +38,16 @@ struct UnderWay {
     round: u32,
 }
 
-/// What an episode has collected of a street.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Sums {
-    vehicles: u32,
-    travel_s: f64,
-    delay_s: f64,
-    halts: f64,
-}
-
 /// Vehicles along the streets of a network.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Along {
+    /// The streets, each with the sums of this episode.
     streets: Vec<StreetResult>,
     /// Speed limit before the first stop line of each street, metres per second.
     first_mps: Vec<f64>,
     /// Streets and stops by lane of the scene: all lanes of the signal of a stop.
     of_lane: Vec<Vec<(usize, usize)>>,
     under_way: BTreeMap<(u32, usize), UnderWay>,
-    sums: Vec<Sums>,
     round: u32,
 }
 
@@ -80,7 +71,6 @@ impl Along {
                 if side.is_right() { lane.heading_deg } else { mirrored_deg(lane.heading_deg) };
             let quarter = (heading_deg / 90.0).round().rem_euclid(4.0) as usize;
             along.first_mps.push(lane.speed_mps.max(HALT_MPS));
-            along.sums.push(Sums::default());
             along.streets.push(StreetResult {
                 direction: DIRECTIONS[quarter].to_owned(),
                 stops: (stops.iter())
@@ -91,7 +81,7 @@ impl Along {
                         after_s: stop.after_s,
                     })
                     .collect(),
-                episodes: Vec::new(),
+                episodes: vec![StreetEpisode::default()],
             });
         }
         (!along.streets.is_empty()).then_some(along)
@@ -126,37 +116,33 @@ impl Along {
                 }
             }
         }
-        let (streets, round) = (&self.streets, self.round);
-        let (sums, first_mps) = (&mut self.sums, &self.first_mps);
+        let (streets, first_mps, round) = (&mut self.streets, &self.first_mps, self.round);
         self.under_way.retain(|(_, street), known| {
-            let stops = &streets[*street].stops;
+            let StreetResult { stops, episodes, .. } = &mut streets[*street];
             if known.round == round || known.stop + 1 < stops.len() {
                 return true;
             }
             let travel_s = time_s - known.since_s;
             let free_s = known.before_m / first_mps[*street] + stops[known.stop].after_s;
-            let sum = &mut sums[*street];
+            let sum = &mut episodes[0];
             sum.vehicles += 1;
             sum.travel_s += travel_s;
             sum.delay_s += travel_s - free_s;
-            sum.halts += f64::from(known.halts);
+            sum.stops += f64::from(known.halts);
             false
         });
     }
 
     /// Ends the episode and returns its streets, each with this episode alone.
     pub(super) fn finish(self) -> Vec<StreetResult> {
-        let of = |(street, sum): (StreetResult, Sums)| {
-            let mean = |total: f64| total / f64::from(sum.vehicles.max(1));
-            let episode = StreetEpisode {
-                vehicles: sum.vehicles,
-                travel_s: mean(sum.travel_s),
-                delay_s: mean(sum.delay_s),
-                stops: mean(sum.halts),
-            };
-            StreetResult { episodes: vec![episode], ..street }
-        };
-        self.streets.into_iter().zip(self.sums).map(of).collect()
+        let mut streets = self.streets;
+        for sum in streets.iter_mut().flat_map(|street| &mut street.episodes) {
+            let vehicles = f64::from(sum.vehicles.max(1));
+            for total in [&mut sum.travel_s, &mut sum.delay_s, &mut sum.stops] {
+                *total /= vehicles;
+            }
+        }
+        streets
     }
 }
 
@@ -179,11 +165,10 @@ mod tests {
             streets: vec![StreetResult {
                 direction: "EB".into(),
                 stops: vec![stop("a", 0.0, 0.0), stop("b", 100.0, 10.0)],
-                episodes: vec![],
+                episodes: vec![StreetEpisode::default()],
             }],
             first_mps: vec![10.0],
             of_lane: vec![vec![(0, 0)], vec![(0, 1)], vec![(0, 1)]],
-            sums: vec![Sums::default()],
             ..Along::default()
         }
     }

@@ -99,28 +99,22 @@ impl Lights {
 /// Turn lanes that are shorter than their street: edge at the signal, turn, and length in metres.
 pub type Bays = Vec<(String, Turn, f64)>;
 
-/// A movement of a scene.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// A movement of a scene, with what an episode has collected of it.
+#[derive(Debug, Clone, PartialEq)]
 struct Movement {
-    way: Way,
-    name: String,
-    signal: String,
-    /// Link indices at the signal.
-    links: Vec<usize>,
+    /// All but its vehicles.
+    totals: MovementTotals,
     /// Indices in [`Scene::lanes`].
     lanes: Vec<usize>,
-    turn: Option<Turn>,
-    /// Names of its lane group, and how many lanes that has.
-    group: (String, u32),
-    storage_m: Option<f64>,
+    turn: Turn,
+    /// What its lights showed last.
+    was: Light,
 }
 
 /// Collects what an episode is made of.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ByMovement {
     movements: Vec<Movement>,
-    queues_veh: Vec<Vec<f64>>,
-    lights: Vec<(Lights, Light)>,
 }
 
 impl ByMovement {
@@ -129,23 +123,22 @@ impl ByMovement {
         let of_signal = |signal| movements(scene, signal, side);
         let mut movements: Vec<Movement> = scene.signals.iter().flat_map(of_signal).collect();
         for movement in &mut movements {
-            let own =
-                bays.iter().find(|bay| bay.0 == movement.way.0 && Some(bay.1) == movement.turn);
-            movement.storage_m = own.map(|bay| bay.2);
+            let is_own = |bay: &&(String, Turn, f64)| {
+                bay.0 == movement.totals.from && bay.1 == movement.turn
+            };
+            movement.totals.storage_m = bays.iter().find(is_own).map(|bay| bay.2);
         }
-        let queues_veh = vec![Vec::new(); movements.len()];
-        let lights = vec![(Lights::default(), Light::Red); movements.len()];
-        Self { movements, queues_veh, lights }
+        Self { movements }
     }
 
     /// Takes what a signal shows for some seconds.
     pub(super) fn show(&mut self, signal: &str, state: &str, seconds: u32) {
         let of_link =
             |link: &usize| state.as_bytes().get(*link).map(|c| Light::of_letter((*c).into()));
-        for (movement, (lights, was)) in self.movements.iter().zip(&mut self.lights) {
-            if movement.signal == signal {
-                let light = movement.links.iter().filter_map(of_link).max().unwrap_or(Light::Red);
-                lights.take(light, *was, seconds);
+        for Movement { totals, was, .. } in &mut self.movements {
+            if totals.signal == signal {
+                let light = totals.links.iter().filter_map(of_link).max().unwrap_or(Light::Red);
+                totals.lights.take(light, *was, seconds);
                 *was = light;
             }
         }
@@ -157,8 +150,9 @@ impl ByMovement {
     ///
     /// * `lanes` — shape `[lanes of the scene]`.
     pub(super) fn decide(&mut self, lanes: &[LaneObservation]) {
-        for (movement, queue) in self.movements.iter().zip(&mut self.queues_veh) {
-            queue.push(movement.lanes.iter().map(|lane| lanes[*lane].queue).fold(0.0, f64::max));
+        for movement in &mut self.movements {
+            let queues_veh = movement.lanes.iter().map(|lane| lanes[*lane].queue);
+            movement.totals.queue_veh.push(queues_veh.fold(0.0, f64::max));
         }
     }
 
@@ -168,25 +162,8 @@ impl ByMovement {
         trips: &[Trip],
         ways: &BTreeMap<String, Way>,
     ) -> Vec<MovementTotals> {
-        let lights = std::mem::take(&mut self.lights);
-        let total =
-            |((m, queue_veh), (lights, _)): ((&Movement, &mut Vec<f64>), (Lights, Light))| {
-                MovementTotals {
-                    from: m.way.0.clone(),
-                    to: m.way.1.clone(),
-                    name: m.name.clone(),
-                    signal: m.signal.clone(),
-                    links: m.links.clone(),
-                    queue_veh: std::mem::take(queue_veh),
-                    group: m.group.0.clone(),
-                    lanes: [m.lanes.len() as u32, m.group.1],
-                    storage_m: m.storage_m,
-                    lights,
-                    ..MovementTotals::default()
-                }
-            };
-        let mut totals: Vec<MovementTotals> =
-            self.movements.iter().zip(&mut self.queues_veh).zip(lights).map(total).collect();
+        let movements = std::mem::take(&mut self.movements).into_iter();
+        let mut totals: Vec<MovementTotals> = movements.map(|movement| movement.totals).collect();
         for trip in trips {
             let Some((from, to)) = ways.get(&trip.id) else { continue };
             let Some(total) = totals.iter_mut().find(|t| t.from == *from && t.to == *to) else {
@@ -212,7 +189,8 @@ pub(super) fn link_names(
         let mut names: Vec<String> = Vec::new();
         for link in links {
             let way = way(scene, link);
-            let name = all.iter().find(|m| m.way == way).map(|m| m.name.clone());
+            let own = all.iter().find(|m| (&m.totals.from, &m.totals.to) == (&way.0, &way.1));
+            let name = own.map(|m| m.totals.name.clone());
             names.extend(name.filter(|name| !names.contains(name)));
         }
         names
@@ -224,44 +202,43 @@ fn way(scene: &Scene, link: &Link) -> Way {
     (edge(&scene.lanes[link.from_lane].id).to_owned(), edge(&link.to_lane).to_owned())
 }
 
-/// Returns the movements of a signal.
 fn movements(scene: &Scene, signal: &SignalInfo, side: DrivingSide) -> Vec<Movement> {
     let on_ground =
         |heading_deg: f64| if side.is_right() { heading_deg } else { mirrored_deg(heading_deg) };
-    let mut found: Vec<(Movement, f64, Turn)> = Vec::new();
+    let mut found: Vec<(Movement, f64)> = Vec::new();
     for (index, link) in
         signal.links.iter().enumerate().flat_map(|(i, l)| l.iter().map(move |l| (i, l)))
     {
-        let (lane, way) = (&scene.lanes[link.from_lane], way(scene, link));
-        let known = found.iter().position(|(m, ..)| m.way == way);
+        let (lane, (from, to)) = (&scene.lanes[link.from_lane], way(scene, link));
+        let known = found.iter().position(|(m, _)| (&m.totals.from, &m.totals.to) == (&from, &to));
         let known = known.unwrap_or_else(|| {
-            let movement = Movement { way, signal: signal.id.clone(), ..Movement::default() };
-            found.push((movement, on_ground(lane.heading_deg), turn_of(link.direction)));
+            let signal = signal.id.clone();
+            let totals = MovementTotals { from, to, signal, ..MovementTotals::default() };
+            let (lanes, turn) = (Vec::new(), turn_of(link.direction));
+            let movement = Movement { totals, lanes, turn, was: Light::Red };
+            found.push((movement, on_ground(lane.heading_deg)));
             found.len() - 1
         });
         let movement = &mut found[known].0;
         if !movement.lanes.contains(&link.from_lane) {
             movement.lanes.push(link.from_lane);
         }
-        if !movement.links.contains(&index) {
-            movement.links.push(index);
+        if !movement.totals.links.contains(&index) {
+            movement.totals.links.push(index);
         }
     }
     let mut headings: BTreeMap<String, f64> = BTreeMap::new();
-    for (movement, heading_deg, _) in &found {
-        headings.entry(movement.way.0.clone()).or_insert(*heading_deg);
+    for (movement, heading_deg) in &found {
+        headings.entry(movement.totals.from.clone()).or_insert(*heading_deg);
     }
     let headings_deg: Vec<f64> = headings.values().copied().collect();
     let directions: BTreeMap<&String, Heading> =
         headings.keys().zip(Heading::of_approaches(&headings_deg)).collect();
-    let ways = found.iter().map(|(m, _, turn)| (directions[&m.way.0], on_side(*turn, side)));
+    let ways = found.iter().map(|(m, _)| (directions[&m.totals.from], on_side(m.turn, side)));
     let names = movement_names(ways);
-    let mut movements: Vec<Movement> = found
-        .into_iter()
-        .zip(names)
-        .map(|((movement, _, turn), name)| Movement { name, turn: Some(turn), ..movement })
-        .collect();
-    movements.sort_by_key(|m| listed_before(&m.name));
+    let mut movements: Vec<Movement> = found.into_iter().map(|(movement, _)| movement).collect();
+    movements.iter_mut().zip(names).for_each(|(movement, name)| movement.totals.name = name);
+    movements.sort_by_key(|m| listed_before(&m.totals.name));
     group(&mut movements);
     movements
 }
@@ -279,8 +256,10 @@ fn group(movements: &mut [Movement]) {
             lanes.extend(&movements[next].lanes);
         }
         members.sort_unstable();
-        let names: Vec<&str> = members.iter().map(|m| movements[*m].name.as_str()).collect();
-        movements[index].group = (names.join(" "), lanes.len() as u32);
+        let names: Vec<&str> = members.iter().map(|m| movements[*m].totals.name.as_str()).collect();
+        let (group, own) = (names.join(" "), movements[index].lanes.len());
+        let totals = &mut movements[index].totals;
+        (totals.group, totals.lanes) = (group, [own as u32, lanes.len() as u32]);
     }
 }
 
@@ -300,7 +279,7 @@ mod tests {
     }
 
     fn names_of(scene: &Scene, signal: usize, side: DrivingSide) -> Vec<String> {
-        movements(scene, &scene.signals[signal], side).into_iter().map(|m| m.name).collect()
+        movements(scene, &scene.signals[signal], side).into_iter().map(|m| m.totals.name).collect()
     }
 
     fn names(side: DrivingSide) -> Vec<String> {
@@ -311,13 +290,6 @@ mod tests {
     fn movements_have_the_names_of_the_ground() {
         assert_eq!(names(DrivingSide::Right), ["SBL", "SBT", "SBR", "EBT"]);
         assert_eq!(names(DrivingSide::Left), ["SBL", "SBT", "SBR", "WBT"]);
-    }
-
-    #[test]
-    fn approaches_in_one_quarter_of_the_compass_have_eight_directions() {
-        let mut scene = scene();
-        scene.lanes[2].heading_deg = 215.0;
-        assert_eq!(names_of(&scene, 0, DrivingSide::Right), ["SBL", "SBT", "SBR", "SWT"]);
     }
 
     #[test]

@@ -92,10 +92,6 @@ impl Cabinet {
     /// # Arguments
     ///
     /// * `pedestrians` — who wants to cross, where they push buttons.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError::Signal`] when the phase does not exist.
     pub fn decide(
         &mut self,
         wanted: GreenPhase,

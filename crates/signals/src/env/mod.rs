@@ -10,7 +10,6 @@ pub mod cabinet;
 pub mod derive;
 pub mod dual_ring;
 pub mod episode;
-mod limits;
 pub mod metrics;
 mod movements;
 pub mod observe;

@@ -199,14 +199,6 @@ mod tests {
     }
 
     #[test]
-    fn each_crosswalk_has_its_own_pedestrians() {
-        let crossings = [Some(("a", 20.0)), Some(("b", 5.0))];
-        let drawn = Pedestrians::new(&crossings, "c", 7, (0.0, 3.6e6));
-        let counts = drawn.crossings.iter().map(|c| c.to_come.len() as f64).collect::<Vec<_>>();
-        assert!((counts[0] - 20_000.0).abs() < 600.0 && (counts[1] - 5000.0).abs() < 300.0);
-    }
-
-    #[test]
     fn a_program_lets_those_go_who_come_before_walk_is_over() {
         let settings = SignalSettings { pedestrians: true, ..SignalSettings::default() };
         let timing = signal(&settings).timing;

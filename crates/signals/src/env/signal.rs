@@ -56,10 +56,6 @@ impl DecisionProgram {
 
 /// Returns the program that a drive needs; `None` for the network's own, for decisions, whose program
 /// the signal's cabinet has, for dual rings, which are no program, and for existing plans, which the world has.
-///
-/// # Errors
-///
-/// [`SimError::Signal`] when the drive names a phase that the signal does not have.
 pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>, SimError> {
     let timing = &signal.timing;
     let own = |green: &dyn Fn(&str, f64, f64) -> ProgramPhase| {
@@ -93,7 +89,7 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
                 ..ProgramPhase::fixed(state, least_s)
             }),
         ),
-        Drive::Cycle(greens) | Drive::Coordinated(greens, _) => {
+        Drive::Cycle(greens) => {
             let phases = greens
                 .iter()
                 .map(|(phase, green_s)| {

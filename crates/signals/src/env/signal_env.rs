@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use crate::control::dual_ring::StageCycle;
 use crate::control::{Drive, GreenPhase, Observation, Onward, SignalSpec};
 use crate::existing::{Control, ExistingPlan};
 use crate::program::{self, SignalProgram};
@@ -17,9 +16,8 @@ use basics::units::SECONDS_PER_HOUR;
 use super::along::Along;
 use super::by_movement::{ByMovement, link_names};
 use super::cabinet::Cabinet;
-use super::derive::{DerivedSignal, derive, onward};
-use super::dual_ring::{DualRing, fixed_cycle};
-use super::limits::{approach_edges, share_turns};
+use super::derive::{DerivedSignal, approach_edges, derive, onward, share_turns};
+use super::dual_ring::{DualRing, cycle_of, fixed_cycle};
 use super::metrics::EpisodeMetrics;
 use super::observe::Observer;
 use super::on_red::OnRed;
@@ -356,11 +354,14 @@ impl<S: Sim> SignalEnv<S> {
                 Drive::DualRing(config) => {
                     (Some(DualRing::new(&self.scene, info, signal, config)), None)
                 }
-                Drive::CoordinatedRings(config, cycle) => {
-                    let told = (config, cycle);
+                Drive::CoordinatedRings(config, stages) => {
+                    let told = (config, stages);
                     match DualRing::coordinated(&self.scene, info, signal, told, self.time_s) {
                         Ok(rings) => (Some(rings), None),
-                        Err(_) => (None, Some(fixed_stages(cycle))),
+                        Err(_) => {
+                            let cycle = cycle_of(stages, &signal.timing);
+                            (None, Some(Drive::Recorded(cycle, stages.offset_s.into())))
+                        }
                     }
                 }
                 _ => (None, None),
@@ -492,7 +493,9 @@ impl<S: Sim> SignalEnv<S> {
                     self.shown[i].clone_from(&cabinet.program().phases[*phase as usize].state);
                 }
             }
-            self.set_phases()?;
+            if self.request.iter().any(Option::is_some) {
+                self.sim.set_phases(&self.request)?;
+            }
             let next = self.cabinets.iter().flatten().filter_map(Cabinet::next_s).min();
             let mut seconds = next.map_or(left_s, |next| next.min(left_s));
             if self.rings.iter().any(Option::is_some)
@@ -616,13 +619,6 @@ impl<S: Sim> SignalEnv<S> {
         Ok(())
     }
 
-    fn set_phases(&mut self) -> Result<(), SimError> {
-        if self.request.iter().any(Option::is_some) {
-            self.sim.set_phases(&self.request)?;
-        }
-        Ok(())
-    }
-
     fn run(&mut self, seconds: u32) -> Result<(), SimError> {
         // An episode may end within a second, but not within a step, whatever rounding says.
         let left_s = (self.world.end_s - self.time_s).max(0.0);
@@ -721,14 +717,9 @@ fn lights<'a>(
 /// Returns when the first green of a drive's cycle begins, seconds.
 fn offset_s(drive: &Drive) -> f64 {
     match drive {
-        Drive::Coordinated(_, offset_s) | Drive::Recorded(_, offset_s) => *offset_s,
+        Drive::Recorded(_, offset_s) => *offset_s,
         _ => 0.0,
     }
-}
-
-/// Returns the stages of a cycle as a fixed one.
-fn fixed_stages(cycle: &StageCycle) -> Drive {
-    Drive::Coordinated(cycle.greens.clone(), f64::from(cycle.offset_s))
 }
 
 /// Returns what a signal runs: what was installed, or its own program, as the network has it.

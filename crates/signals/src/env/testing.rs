@@ -44,7 +44,6 @@ pub(crate) fn env(arrivals: Vec<(f64, u32)>, scratch: &Path) -> SignalEnv<MockSi
     env_of(minute(None), arrivals, scratch)
 }
 
-/// A world of a minute.
 pub(crate) fn minute(routes: Option<RouteWriter>) -> World {
     World {
         config: "m".into(),

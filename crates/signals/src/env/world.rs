@@ -110,10 +110,6 @@ impl World {
     }
 
     /// Returns the plan that its signal has today.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError::Signal`] without one, and for a plan that was not made for this signal's network.
     pub(super) fn existing(&self, signal: &SignalInfo) -> Result<&ExistingPlan, SimError> {
         self.existing.as_ref().ok_or_else(|| SimError::Signal {
             signal: signal.id.clone(),
@@ -130,10 +126,6 @@ impl World {
 
     /// Writes private copies of its files into a folder, where they are needed, and returns the arguments that have SUMO
     /// read them.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when they cannot be written.
     pub(super) fn copied(&self, folder: &Path, day_plan: bool) -> Result<Vec<String>, FileError> {
         let Some((config, sources)) = &self.files else { return Ok(Vec::new()) };
         Ok(as_arguments(copy(config, sources, folder, day_plan)?))

@@ -1,7 +1,7 @@
 //! Plans that signals have today: phases in two rings, with the times that stand in the cabinet.
 //!
-//! [`table`] reads and writes them as CSV, [`program_file`] reads those of SUMO, [`utdf`](crate::utdf) those of Synchro, [`placed`](crate::placed) gives
-//! their movements to the arms of an intersection, and the environment shows them (`env::dual_ring`).
+//! [`table`] reads and writes them as CSV, [`utdf`](crate::utdf) as UTDF, [`placed`](crate::placed) gives their movements to the
+//! arms of an intersection, and the environment shows them (`env::dual_ring`).
 //!
 //! Choices:
 //! - **The plan's own times hold**: greens, yellow, all-red, walk and clearance are those of the cabinet, not the limits of
@@ -14,9 +14,7 @@
 //!
 //! Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapters 5 to 7; NEMA TS 2.
 
-pub mod program_file;
 pub mod ran;
-mod seconds;
 pub mod table;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,10 +22,7 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use evaluation::family::error::FamilyError;
-
-pub use program_file::NamedProgram;
-pub use seconds::{Timed, change_s, nearest_s, schedule};
+pub use table::read;
 
 /// Most rings.
 const RINGS: u32 = 2;
@@ -191,20 +186,6 @@ pub struct Plans {
     pub is_utdf: bool,
     /// The plans.
     pub all: Vec<NamedPlan>,
-    /// Plans that are programs of SUMO: their states say links, which only an intersection gives movements.
-    pub programs: Vec<NamedProgram>,
-}
-
-/// Reads plans from a table of phases or from an additional file of SUMO.
-///
-/// # Errors
-///
-/// Those of [`table::read`] and [`program_file::read`].
-pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
-    match text.trim_start().starts_with('<') {
-        true => program_file::read(text, file),
-        false => table::read(text, file),
-    }
 }
 
 impl ExistingPlan {
@@ -252,10 +233,6 @@ impl ExistingPlan {
     }
 
     /// Checks that the plan can be shown, and returns what of it is not as it looks.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong, with the phase and the way out.
     pub fn check(&self) -> Result<Vec<String>, String> {
         if self.phases.iter().all(|p| p.all_movements().next().is_none()) {
             return Err("no phase has a movement; give movements such as NBT NBR".to_owned());
@@ -431,6 +408,61 @@ fn within(what: &str, value: f64, range: RangeInclusive<f64>) -> Result<(), Stri
     Err(format!("{what} {value} s; expected {} to {} s", range.start(), range.end()))
 }
 
+/// What makes a time that is a whole number but for rounding stay one, seconds.
+const ROUNDING_S: f64 = 1e-6;
+
+/// When a phase is green in a cycle of splits, seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Timed {
+    /// From the beginning of the cycle.
+    pub begin_s: u32,
+    /// Green, until yellow.
+    pub green_s: u32,
+    /// Yellow.
+    pub yellow_s: u32,
+    /// All-red.
+    pub all_red_s: u32,
+}
+
+/// Returns yellow and all-red in whole seconds: yellow is rounded up, and both together once.
+pub fn change_s(yellow_s: f64, all_red_s: f64) -> (u32, u32) {
+    let up = |seconds: f64| (seconds - ROUNDING_S).ceil().max(0.0) as u32;
+    let yellow = up(yellow_s);
+    (yellow, up(yellow_s + all_red_s).saturating_sub(yellow))
+}
+
+/// Returns the nearest whole second; a half is rounded up.
+pub fn nearest_s(seconds: f64) -> u32 {
+    (seconds + ROUNDING_S).round().max(0.0) as u32
+}
+
+/// Returns when every phase is green if each lasts its split, and the cycle, seconds. The last phase of a ring lasts until
+/// the barrier.
+pub fn schedule(plan: &ExistingPlan) -> (Vec<Timed>, u32) {
+    let nothing = Timed { begin_s: 0, green_s: 0, yellow_s: 0, all_red_s: 0 };
+    let mut timed = vec![nothing; plan.phases.len()];
+    let mut side_begins_s = 0.0;
+    for side in plan.sides() {
+        let sum = |ring: &Vec<usize>| ring.iter().map(|i| plan.phases[*i].split_s()).sum::<f64>();
+        let side_ends_s = side_begins_s + sum(&side[0]).max(sum(&side[1]));
+        for ring in &side {
+            let mut begins_s = side_begins_s;
+            for (place, index) in ring.iter().enumerate() {
+                let phase = &plan.phases[*index];
+                let is_last = place + 1 == ring.len();
+                let ends_s = if is_last { side_ends_s } else { begins_s + phase.split_s() };
+                let (yellow_s, all_red_s) = change_s(phase.yellow_s, phase.all_red_s);
+                let (begin_s, end_s) = (nearest_s(begins_s), nearest_s(ends_s));
+                let green_s = (end_s - begin_s).saturating_sub(yellow_s + all_red_s);
+                timed[*index] = Timed { begin_s, green_s, yellow_s, all_red_s };
+                begins_s = ends_s;
+            }
+        }
+        side_begins_s = side_ends_s;
+    }
+    (timed, nearest_s(side_begins_s))
+}
+
 /// Plans written by hand, for tests.
 #[cfg(test)]
 pub(crate) mod testing {
@@ -586,5 +618,32 @@ mod tests {
         plan.phases[4].max_green_s = 15.0;
         let notes = plan.check().unwrap();
         assert!(notes[0].contains("phase 6 lasts 19 s instead of 15 s"), "{notes:?}");
+    }
+
+    #[test]
+    fn yellow_is_rounded_up_and_both_together_once() {
+        assert_eq!(change_s(3.5, 1.0), (4, 1));
+        assert_eq!(change_s(3.6, 1.4), (4, 1));
+        assert_eq!(change_s(4.3, 1.2), (5, 1));
+        assert_eq!(change_s(3.0, 0.0), (3, 0));
+        assert_eq!(change_s(4.1, 1.1), (5, 1));
+    }
+
+    #[test]
+    fn starts_are_rounded_and_the_cycle_does_not_drift() {
+        // Splits of 12.5, 24.5 and 24.5 s: starts at 0, 12.5 and 37 s, cycle 61.5 s.
+        let (timed, cycle_s) = schedule(&plan(Control::Pretimed));
+        let of = |i: usize| (timed[i].begin_s, timed[i].green_s);
+        assert_eq!([of(0), of(1), of(2)], [(0, 8), (13, 19), (37, 20)]);
+        assert_eq!((of(3), of(4), of(5), cycle_s), (of(0), of(1), of(2), 62));
+    }
+
+    #[test]
+    fn the_last_phase_of_a_ring_lasts_until_the_barrier() {
+        let mut plan = plan(Control::Pretimed);
+        plan.phases.remove(3);
+        let (timed, _) = schedule(&plan);
+        // Phase 6 alone in ring 2: 37 s without its change of 5 s.
+        assert_eq!((timed[3].begin_s, timed[3].green_s), (0, 32));
     }
 }

@@ -210,11 +210,6 @@ fn cell<T: Value>(row: &Row, columns: &Columns, name: &str) -> Result<Option<T>,
 }
 
 /// Reads a table of existing plans.
-///
-/// # Errors
-///
-/// [`FamilyError::Csv`] with file and line: a column that is missing or unknown, a cell that is no value, a plan that cannot
-/// be shown.
 pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
     let fail = |fault| at(file, fault);
     let mut sheet = Sheet::of(text).map_err(fail)?;

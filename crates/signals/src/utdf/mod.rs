@@ -43,10 +43,6 @@ pub struct Utdf {
 
 impl Utdf {
     /// Reads the file of a network.
-    ///
-    /// # Errors
-    ///
-    /// [`FamilyError::Csv`] with file and line: no UTDF, a record that stands twice, no lanes.
     pub fn read(path: &Path) -> Result<Self, FamilyError> {
         let mut network = Self::default();
         let bytes = file::read(path, file::TABLE_BYTES).map_err(FileError::at("read", path))?;
@@ -56,10 +52,6 @@ impl Utdf {
     }
 
     /// Takes the text of a file; its name is for messages.
-    ///
-    /// # Errors
-    ///
-    /// As [`Utdf::read`].
     pub fn add(&mut self, bytes: &[u8], file: &str) -> Result<(), FamilyError> {
         let lines = uneven::lines(bytes).map_err(|fault| at(file, fault))?;
         if !is_utdf(bytes) && crate::turning::names_movements(&lines) {
@@ -70,9 +62,8 @@ impl Utdf {
         self.tables.add(&lines).map_err(|fault| self.wrong(fault))
     }
 
-    fn wrong(&self, fault: tables::Fault) -> FamilyError {
-        let tables::Fault { line, message } = fault;
-        at(&self.file, Fault { line, message })
+    fn wrong(&self, fault: Fault) -> FamilyError {
+        at(&self.file, fault)
     }
 
     /// Returns a scenario of the network's signals, which turning counts may be given to.
@@ -80,10 +71,6 @@ impl Utdf {
     /// # Arguments
     ///
     /// * `overrides` — settings of the scenario; the format does not say to which side traffic keeps.
-    ///
-    /// # Errors
-    ///
-    /// As [`Utdf::intersections`], and [`FamilyError::Override`] for a setting that does not exist.
     pub fn scenario(
         mut self,
         overrides: &[Override],
@@ -111,28 +98,18 @@ impl Utdf {
         if missing.is_empty() {
             return Ok(());
         }
-        let alone = match self.tables.is_plans_only() {
-            true => "; plans alone are for --existing or --plan-file",
-            false => "",
-        };
-        let message = format!(
-            "no {}; export the network again with all sections{alone}",
-            missing.join(" and no ")
-        );
-        Err(self.wrong(tables::Fault::new(START, message)))
+        let message =
+            format!("no {}; export the network again with all sections", missing.join(" and no "));
+        Err(self.wrong(Fault::new(START, message)))
     }
 }
 
-/// Reads the plans that signals have today: a table of phases, an additional file of SUMO, or UTDF, of which all but the
-/// plans is passed over. UTDF may have the plans alone, as reports write it.
+/// Reads the plans that signals have today: a table of phases, or UTDF, of which all but the
+/// plans is passed over.
 ///
 /// # Arguments
 ///
 /// * `side` — which traffic of the scenario keeps to.
-///
-/// # Errors
-///
-/// [`FamilyError::Csv`] with file and line: neither of the two, no plan that can be shown.
 pub fn read_plans(path: &Path, side: DrivingSide) -> Result<(Plans, Vec<Doubt>), FamilyError> {
     let file = path.display().to_string();
     let wrong = |message: String| at(&file, Fault { line: 1, message });
@@ -140,10 +117,6 @@ pub fn read_plans(path: &Path, side: DrivingSide) -> Result<(Plans, Vec<Doubt>),
     if is_utdf(&bytes) {
         let mut network = Utdf { side, ..Utdf::default() };
         network.add(&bytes, &file)?;
-        if network.tables.is_plans_only() {
-            let (plans, said) = network.plans_alone()?;
-            return Ok((plans, said.doubts().collect()));
-        }
         network.complete()?;
         let Converted { plans, doubts, .. } = network.intersections()?;
         let doubts: Vec<Doubt> = (doubts.into_iter())

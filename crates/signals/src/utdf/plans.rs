@@ -10,14 +10,14 @@
 use std::collections::BTreeMap;
 
 use osm_signals::Turn;
+use sheet::Fault;
 
 use super::Utdf;
-use super::streets::{HALF_WALK, Stop, left_out};
-use super::tables::{Cell, Cells, Fault, START};
-use crate::existing::{Control, ExistingPlan, NamedPlan, PlanPhase, Plans, Recall};
+use super::streets::{HALF_WALK, Stop};
+use super::tables::Cell;
+use crate::existing::{Control, ExistingPlan, NamedPlan, PlanPhase, Recall};
 use crate::family::doubts::Said;
 use crate::vocabulary::Heading;
-use evaluation::family::error::FamilyError;
 
 /// Records of lane groups with a phase, and whether the movement yields in it.
 pub(super) const OF_LANES: [(&str, bool); 8] = [
@@ -52,37 +52,7 @@ pub(super) const PEOPLE: &str = "PED";
 pub(super) type Names = BTreeMap<String, (Heading, Turn)>;
 
 impl Utdf {
-    /// Returns the plans of a file without streets: its columns are the movements. Also returns what is doubtful.
-    ///
-    /// # Errors
-    ///
-    /// [`FamilyError::Csv`] with file and line: a cell that is no number, a plan that cannot be simulated.
-    pub(super) fn plans_alone(&self) -> Result<(Plans, Said), FamilyError> {
-        self.check_network().map_err(|fault| self.wrong(fault))?;
-        let mut said = Said::default();
-        let mut plans = Plans { file: self.file.clone(), ..Plans::default() };
-        for (id, cells) in self.tables.phases.of("brp").filter(|(_, cells)| !cells.is_empty()) {
-            let line = cells.values().next().map_or(START, |cell| cell.line);
-            let records = OF_LANES.iter().map(|(record, _)| self.tables.lanes.row(record, id));
-            let names: Names = (records.flat_map(Cells::keys))
-                .filter_map(|c| Some((c.clone(), Heading::of_movement(c, self.side)?)))
-                .collect();
-            let plan = self.plan(id, &names, &mut said).map_err(|stop| {
-                self.wrong(match stop {
-                    Stop::LeftOut(reason) => Fault::new(line, format!("node {id}: {reason}")),
-                    Stop::Wrong(fault) => fault,
-                })
-            })?;
-            plans.all.extend(plan.map(|plan| named(id, plan, line)));
-        }
-        Ok((plans, said))
-    }
-
     /// Returns the plan of a signal; `None` where the file has no phases of it.
-    ///
-    /// # Errors
-    ///
-    /// Why it has none, or [`Fault`] with the line of a cell that is no number.
     pub(super) fn plan(
         &self,
         id: &str,
@@ -99,7 +69,7 @@ impl Utdf {
             None | Some(1.0 | 2.0) => Control::Actuated,
             Some(3.0) => Control::Coordinated,
             Some(other) => {
-                return left_out(format!("control type {other} is not known; expected 0 to 3"));
+                return Err(format!("control type {other} is not known; expected 0 to 3").into());
             }
         };
         let phases = record("brp").iter().map(|(column, brp)| self.phase(id, column, brp, said));
@@ -159,9 +129,10 @@ impl Utdf {
             Some(Recall::Ped) if walk_s.is_none() => Recall::Min,
             Some(recall) => *recall,
             None => {
-                return left_out(format!(
+                return Err(format!(
                     "recall {code} of phase {number} is not known; expected 0 to 3"
-                ));
+                )
+                .into());
             }
         };
         let or_network = |name: &str, of_network: &str, otherwise: f64| {
@@ -203,9 +174,10 @@ impl Utdf {
                 }
                 let phase = plan.phases.iter_mut().find(|p| f64::from(p.number) == number);
                 let Some(phase) = phase else {
-                    return left_out(format!(
+                    return Err(format!(
                         "{record} of {column} is {number}, which has no times in [Phases]"
-                    ));
+                    )
+                    .into());
                 };
                 let name = format!("{heading}{}", turn.letter());
                 if !phase.all_movements().any(|known| *known == name) {

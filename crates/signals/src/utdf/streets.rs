@@ -17,10 +17,11 @@ use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 use osm_signals::intersections::MAX_LANES;
 use osm_signals::turn::exits_on;
+use sheet::Fault;
 
 use super::Utdf;
 use super::plans::{Names, named};
-use super::tables::{Cell, Fault, Node, SETTINGS, START};
+use super::tables::{Cell, Node, SETTINGS, START};
 use crate::existing::Plans;
 use crate::family::approaches::{
     self, Approach, Arrivals, Counted, Intersection, MOST_EXITS, MOST_PEDESTRIANS_PER_H, MOST_VPH,
@@ -112,10 +113,6 @@ impl From<String> for Stop {
     }
 }
 
-pub(super) fn left_out<T>(why: String) -> Result<T, Stop> {
-    Err(Stop::LeftOut(why))
-}
-
 /// A movement of a lane group.
 struct Movement<'a> {
     column: &'a str,
@@ -138,10 +135,6 @@ struct Movement<'a> {
 
 impl Utdf {
     /// Returns the signals of the network as intersections with approaches and volumes.
-    ///
-    /// # Errors
-    ///
-    /// [`FamilyError::Csv`] with file and line: a cell that is no number, a network without signals.
     pub fn intersections(&self) -> Result<Converted, FamilyError> {
         self.converted().map_err(|fault| self.wrong(fault))
     }
@@ -196,12 +189,7 @@ impl Utdf {
         Ok(Converted { intersections, found, doubts, plans })
     }
 
-    /// Checks the defaults of the network.
-    ///
-    /// # Errors
-    ///
-    /// [`Fault`] at the line of one that is out of its range.
-    pub(super) fn check_network(&self) -> Result<(), Fault> {
+    fn check_network(&self) -> Result<(), Fault> {
         for (name, low, high) in SETTINGS {
             let cell = self.tables.network.get(name).filter(|cell| !cell.text.is_empty());
             let Some(Cell { text, line }) = cell else { continue };
@@ -232,7 +220,7 @@ impl Utdf {
         let movements = self.movements(id, said)?;
         if up.len() < MIN_LINKS || movements.is_empty() {
             let what = if movements.is_empty() { "no lanes" } else { "fewer than three links" };
-            return left_out(format!("node {id} has {what}"));
+            return Err(format!("node {id} has {what}").into());
         }
         let first = self.tables.timeplans.cell("node 1", id, "DATA").filter(|c| c.text != "0");
         if let Some(Cell { text, .. }) = first {
@@ -247,7 +235,9 @@ impl Utdf {
         }
         if let Some((a, b)) = too_near(&bearings) {
             let (a, b) = (up[a].0, up[b].0);
-            return left_out(format!("node {id}: {a} and {b} come from nearly the same direction"));
+            return Err(
+                format!("node {id}: {a} and {b} come from nearly the same direction").into()
+            );
         }
         let (mut arms, mut names) = (Vec::new(), Names::new());
         for (i, (heading, other)) in up.iter().enumerate() {
@@ -304,10 +294,10 @@ impl Utdf {
         let intersection = gathered(arms).remove(0);
         let most_vph = volumes(&intersection).fold(0.0, f64::max);
         if lanes > MAX_LANES || most_vph > MOST_VPH {
-            return left_out(format!(
+            return Err(format!(
                 "node {id} has {lanes} lanes in one direction and up to {most_vph:.0} veh/h; at most {MAX_LANES} and \
                  {MOST_VPH} are simulated"
-            ));
+            ).into());
         }
         check_rows(&intersection)?;
         Ok((intersection, names))

@@ -2,26 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use sheet::Fault;
 use sheet::uneven::Line;
 
 use crate::settings::MIN_PEAK_HOUR_FACTOR;
 
 /// Line to which messages about the whole network point.
 pub(super) const START: u64 = 1;
-
-/// What is wrong at a line.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Fault {
-    pub(super) line: u64,
-    pub(super) message: String,
-}
-
-impl Fault {
-    /// Returns a fault.
-    pub(super) fn new(line: u64, message: impl Into<String>) -> Self {
-        Self { line, message: message.into() }
-    }
-}
 
 /// Settings of the network that are read, in lower case, with the least and the largest value.
 pub(super) const SETTINGS: [(&str, f64, f64); 6] = [
@@ -64,12 +51,6 @@ impl Cell {
 pub(super) struct Records(BTreeMap<String, BTreeMap<String, Cells>>);
 
 impl Records {
-    /// Returns a record of all intersections.
-    pub(super) fn of(&self, record: &str) -> impl Iterator<Item = (&String, &Cells)> {
-        self.0.get(record).into_iter().flatten()
-    }
-
-    /// Returns the cells of a record of an intersection.
     pub(super) fn row(&self, record: &str, id: &str) -> &Cells {
         static NONE: Cells = Cells::new();
         self.0.get(record).and_then(|of| of.get(id)).unwrap_or(&NONE)
@@ -149,11 +130,6 @@ const TIMEPLANS: Section = Section::Records(2);
 const PHASES: Section = Section::Records(3);
 
 impl Tables {
-    /// Adds the lines of the file.
-    ///
-    /// # Errors
-    ///
-    /// [`Fault`] for what is no UTDF, and for a record that stands twice.
     pub(super) fn add(&mut self, lines: &[Line]) -> Result<(), Fault> {
         let mut section: Option<Section> = None;
         let mut header: Option<(Section, Vec<String>)> = None;
@@ -267,12 +243,6 @@ impl Tables {
             ("lanes ([Lanes])", self.lanes.0.is_empty()),
         ];
         all.into_iter().filter(|(_, missing)| *missing).map(|(name, _)| name).collect()
-    }
-
-    /// Returns whether there are plans without the streets that they are for, as reports write them for Synchro to merge.
-    pub(super) fn is_plans_only(&self) -> bool {
-        let has_plans = !self.phases.0.is_empty() && !self.lanes.0.is_empty();
-        self.nodes.is_empty() && self.links.0.is_empty() && has_plans
     }
 
     /// Returns whether the network says in which units its lengths and speeds are.

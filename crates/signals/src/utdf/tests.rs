@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::existing::{Control, NamedPlan, Recall};
-use crate::family::approaches::{Arrivals, to_csv};
+use crate::family::approaches::Arrivals;
 
 const TWO: &str = include_str!("../../tests/utdf/two-signals.csv");
 
@@ -71,19 +71,6 @@ fn signals_become_intersections_with_lanes_lengths_and_volumes() {
 }
 
 #[test]
-fn a_file_that_a_spreadsheet_has_padded_reads_as_the_same() {
-    let padded: String = TWO
-        .lines()
-        .map(|line| format!("{line}{}\r\n", ",".repeat(20 - line.matches(',').count())))
-        .collect();
-    let table = |text: &str| {
-        let intersections = read(text).intersections().unwrap().intersections;
-        to_csv(&intersections.into_iter().flat_map(|i| i.arms).collect::<Vec<_>>())
-    };
-    assert_eq!(table(&padded), table(TWO));
-}
-
-#[test]
 fn metric_networks_have_metres_and_km_h() {
     let metric = read(&TWO.replace("Metric,0", "Metric,1")).intersections().unwrap();
     let arm = &metric.intersections[0].arms[0];
@@ -108,31 +95,6 @@ fn traffic_keeps_to_the_side_that_the_scenario_says() {
         assert_eq!(said(&converted).contains("node 1 NBU is left"), is_renamed);
         assert_eq!(uncounted.scenario.network.driving_side == DrivingSide::Left, is_renamed);
     }
-}
-
-#[test]
-fn what_is_missing_or_wrong_is_named_with_its_line() {
-    assert!(refused("a,b\n1,2\n").contains("no UTDF: no section such as [Lanes]"));
-    assert!(
-        refused("[Network]\nNetwork Settings\nRECORDNAME,DATA\nMetric,0\n")
-            .contains("no nodes ([Nodes]")
-    );
-    assert!(
-        refused(&TWO.replace("Volume,1,80", "Volume,1,many"))
-            .contains("volume = \"many\": expected a number")
-    );
-    assert!(
-        refused(&TWO.replace("Lanes,1,1,2,0", "Lanes,1,1.5,2,0"))
-            .contains("expected a whole number from 0 to 12")
-    );
-    let twice = TWO.replace("2,0,1320,0,0,", "1,0,1320,0,0,");
-    assert!(
-        refused(&twice).contains("line 23: node 1 stands in line 22 already"),
-        "{}",
-        refused(&twice)
-    );
-    let none = TWO.replace("1,0,0,0,0,", "1,3,0,0,0,").replace("2,0,1320", "2,3,1320");
-    assert!(refused(&none).contains("none of the 8 nodes is a signal"));
 }
 
 #[test]
@@ -213,15 +175,6 @@ fn a_growth_that_is_a_factor_and_hardly_any_vehicle_are_said() {
         TWO.replace("Volume,2,90,,110,,,,,700,45,65,610", "Volume,2,0.9,,1,,,,,7,0.4,0.6,6");
     let expected = "volumes may be shares or in thousands, or growth a factor (node 2: 15.9 veh/h)";
     assert!(said_of(&shares).contains(expected), "{}", said_of(&shares));
-}
-
-#[test]
-fn heavy_vehicles_that_may_be_a_share_are_said() {
-    let said_of = |text: &str| said(&read(text).intersections().unwrap());
-    let text = TWO.replace("HeavyVehicles,1,2,2,", "HeavyVehicles,1,0.05,0,");
-    let expected = "HeavyVehicles is percent and below 1 here; if these are shares, multiply them by 100 (node 1 NBL: 0.05)";
-    assert!(said_of(&text).contains(expected), "{}", said_of(&text));
-    assert!(!said_of(TWO).contains("HeavyVehicles is percent"));
 }
 
 #[test]

@@ -26,10 +26,6 @@ const LEAST_PHASES: u32 = 8;
 const MOST_OF_MOVEMENT: usize = 4;
 
 /// Returns plans by the number of their node as UTDF.
-///
-/// # Errors
-///
-/// The node and what of its plan UTDF cannot say.
 pub fn to_utdf(plans: &[(u32, ExistingPlan)]) -> Result<String, String> {
     for (node, plan) in plans {
         check(plan).map_err(|reason| format!("node {node}: {reason}"))?;
@@ -74,7 +70,6 @@ fn check(plan: &ExistingPlan) -> Result<(), String> {
     Ok(())
 }
 
-/// Writes a record: its name, the node and its cells.
 fn record(text: &mut String, name: &str, node: u32, cells: impl Iterator<Item = String>) {
     text.push_str(&format!("{name},{node}"));
     cells.for_each(|cell| text.push_str(&format!(",{cell}")));
@@ -194,26 +189,6 @@ mod tests {
     }
 
     #[test]
-    fn plans_are_read_without_their_network_too() {
-        let named = [(7, plan(Control::Coordinated)), (12, plan(Control::Pretimed))];
-        let mut alone = Utdf::default();
-        alone.add(to_utdf(&named).unwrap().as_bytes(), "p.csv").unwrap();
-        let said = alone.complete().unwrap_err().to_string();
-        assert!(said.contains("no nodes ([Nodes]") && said.contains("--existing"), "{said}");
-        let (back, doubtful) = alone.plans_alone().unwrap();
-        assert_eq!(doubtful.doubts().count(), 0);
-        let of: Vec<(&str, &ExistingPlan)> =
-            back.all.iter().map(|p| (p.intersection.as_str(), &p.plan)).collect();
-        assert_eq!(of, [("12", &named[1].1), ("7", &named[0].1)]);
-        let text =
-            to_utdf(&named[..1]).unwrap().replace("Cycle Length,7,61.5", "Cycle Length,7,90");
-        let mut wrong = Utdf::default();
-        wrong.add(text.as_bytes(), "p.csv").unwrap();
-        let said = wrong.plans_alone().unwrap_err().to_string();
-        assert!(said.contains("node 7: the cycle is 90 s"), "{said}");
-    }
-
-    #[test]
     fn rows_are_those_of_synchro() {
         let text = to_utdf(&[(7, plan(Control::Coordinated))]).unwrap();
         for line in [
@@ -228,23 +203,6 @@ mod tests {
         ] {
             assert!(text.lines().any(|l| l == line), "{line}\n{text}");
         }
-    }
-
-    #[test]
-    fn settings_that_plans_do_not_have_are_left_to_the_network() {
-        let text = to_utdf(&[(7, plan(Control::Coordinated))]).unwrap();
-        let sections = text.split_once("[Lanes]").unwrap().1;
-        let written: Vec<&str> = sections
-            .lines()
-            .filter_map(|line| line.split_once(",7,").map(|(name, _)| name))
-            .filter(|name| !name.starts_with("Phase") && !name.starts_with("PermPhase"))
-            .collect();
-        let of_plans = [
-            "Control Type", "Cycle Length", "Referenced To", "Reference Phase", "Offset", "BRP",
-            "MinGreen", "MaxGreen", "VehExt", "Yellow", "AllRed", "Recall", "Walk", "DontWalk",
-            "DualEntry", "InhibitMax",
-        ];
-        assert_eq!(written, of_plans);
     }
 
     #[test]

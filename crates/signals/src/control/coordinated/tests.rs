@@ -111,12 +111,12 @@ impl Trainer for Corridor {
     }
 }
 
-fn cycle(drive: &Drive) -> Option<&StageCycle> {
+fn cycle(drive: &Drive) -> Option<&RingStages> {
     if let Drive::CoordinatedRings(_, cycle) = drive { Some(cycle) } else { None }
 }
 
-fn cycle_s(cycle: &StageCycle) -> f64 {
-    cycle.greens.iter().map(|g| g.1).sum::<f64>() + 6.0
+fn cycle_s(cycle: &RingStages) -> f64 {
+    cycle.greens.iter().map(|g| g.duration_s).sum::<f64>() + 6.0
 }
 
 #[test]
@@ -134,8 +134,9 @@ fn rings_follow_the_progression_of_the_best_cycle_with_the_green_of_the_street_a
     assert!(details["plan s1"].starts_with("cycle "), "{details:?}");
     let Drive::CoordinatedRings(rings, _) = &drives[0] else { panic!("{drives:?}") };
     assert_eq!((rings.passage_s, rings.recall), (3, Recall::None));
-    let cycles: Vec<&StageCycle> = drives.iter().filter_map(cycle).collect();
-    assert!(cycles.iter().all(|c| c.greens[c.coordinated].0 == GreenPhase(0)), "{cycles:?}");
+    let along = &corridor.signals[0].phases[0].state;
+    let cycles: Vec<&RingStages> = drives.iter().filter_map(cycle).collect();
+    assert!(cycles.iter().all(|c| c.greens[c.coordinated].state == *along), "{cycles:?}");
     assert!((cycle_s(cycles[0]) - 35.0).abs() <= 5.0, "{cycles:?}");
     let relative_s = f64::from(cycles[1].offset_s) - f64::from(cycles[0].offset_s);
     let along_s = relative_s.rem_euclid(cycle_s(cycles[0]));

@@ -6,7 +6,7 @@ use argmin::core::CostFunction;
 
 use super::super::webster::within;
 use super::super::{ControlError, GreenPhase, SignalSpec};
-use super::plan::Plan;
+use super::Plan;
 
 /// What the search has done so far.
 pub(super) struct SearchState<'a> {

@@ -175,8 +175,3 @@ fn an_own_program_beyond_the_limits_is_no_choice() {
         assert_ne!(controller.plans, [Plan::Own], "{simulations} simulations");
     }
 }
-
-#[test]
-fn the_own_program_is_kept_when_nothing_beats_it() {
-    assert_eq!(tuned(1.0, 30).0.plans, [Plan::Own]);
-}

@@ -13,192 +13,185 @@ use osm_signals::Turn;
 
 use super::links::Links;
 use super::plan::{Coordination, Phase, Plan};
+use crate::program::{ProgramPhase, RingStages};
 use crate::timing::Timing;
-
-/// A cycle as stages of a signal.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Stages<'a> {
-    /// What each stage shows, and for how long, seconds.
-    pub(super) greens: &'a [(&'a str, u32)],
-    /// The stage in which the coordinated street is green.
-    pub(super) coordinated: usize,
-    /// When the first stage begins, seconds after time 0 and its multiples of the cycle.
-    pub(super) offset_s: u32,
-}
 
 /// Stages in a row, as the first one and how many, around the end of the cycle.
 type Run = (usize, usize);
 
-impl Stages<'_> {
-    /// Returns the phases of a signal within this cycle.
-    ///
-    /// # Arguments
-    ///
-    /// * `now_s` — the time at which the signal begins, seconds.
-    ///
-    /// # Errors
-    ///
-    /// Why two rings cannot follow the stages.
-    pub(super) fn coordinate(
-        &self,
-        mut plan: Plan,
-        links: &Links,
-        timing: &Timing,
-        now_s: u32,
-    ) -> Result<Plan, String> {
-        let (ends_s, cycle_s) = self.ends_s(timing);
-        let count = self.greens.len();
-        let runs: Vec<Option<Run>> = (plan.phases.iter())
-            .map(|phase| self.run(phase, &plan, links))
-            .collect::<Result<_, _>>()?;
-        let coordinated: Vec<bool> = (plan.phases.iter().zip(&runs))
-            .map(|(phase, run)| {
-                let is_in =
-                    |(first, length): &Run| (self.coordinated + count - first) % count < *length;
-                phase.enters && run.as_ref().is_some_and(is_in)
-            })
-            .collect();
-        let holds = |side: &[Vec<usize>; 2]| side.iter().flatten().any(|p| coordinated[*p]);
-        if plan.sides.iter().filter(|side| holds(side)).count() != 1 {
-            return Err("its coordinated street is green with no through phase, or with those of several streets".into());
+/// Returns the phases of a signal within this cycle.
+///
+/// # Arguments
+///
+/// * `now_s` — the time at which the signal begins, seconds.
+pub(super) fn coordinate(
+    stages: &RingStages,
+    mut plan: Plan,
+    links: &Links,
+    timing: &Timing,
+    now_s: u32,
+) -> Result<Plan, String> {
+    let (ends_s, cycle_s) = ends_s(stages, timing);
+    let count = stages.greens.len();
+    let runs: Vec<Option<Run>> = (plan.phases.iter())
+        .map(|phase| run(stages, phase, &plan, links))
+        .collect::<Result<_, _>>()?;
+    let coordinated: Vec<bool> = (plan.phases.iter().zip(&runs))
+        .map(|(phase, run)| {
+            let is_in =
+                |(first, length): &Run| (stages.coordinated + count - first) % count < *length;
+            phase.enters && run.as_ref().is_some_and(is_in)
+        })
+        .collect();
+    let holds = |side: &[Vec<usize>; 2]| side.iter().flatten().any(|p| coordinated[*p]);
+    if plan.sides.iter().filter(|side| holds(side)).count() != 1 {
+        return Err("its coordinated street is green with no through phase, or with those of several streets".into());
+    }
+    // Where each side begins among the stages, and how many it has.
+    let mut windows: Vec<Run> = Vec::new();
+    for side in &plan.sides {
+        let is_of = |stage: usize| {
+            let of = side.iter().flatten().filter_map(|p| runs[*p]);
+            of.into_iter().any(|(first, length)| (stage + count - first) % count < length)
+        };
+        let window = in_a_row((0..count).map(is_of).collect())
+            .ok_or("the stages of a street do not follow each other")?;
+        windows.push(window);
+    }
+    if windows.iter().map(|window| window.1).sum::<usize>() != count {
+        return Err("a stage serves phases of several streets, or of none".into());
+    }
+    let origin = windows[plan.sides.iter().position(holds).unwrap_or_default()].0;
+    let after = |stage: usize, from: usize| (stage + count - from) % count;
+    let mut order: Vec<usize> = (0..plan.sides.len()).collect();
+    order.sort_by_key(|side| after(windows[*side].0, origin));
+    plan.sides = order.iter().map(|side| plan.sides[*side].clone()).collect();
+    let windows: Vec<Run> = order.into_iter().map(|side| windows[side]).collect();
+    for (side, window) in plan.sides.iter_mut().zip(&windows) {
+        for ring in side {
+            ring.sort_by_key(|p| runs[*p].map(|run| after(run.0, window.0)));
+            let served: Vec<Run> = ring.iter().filter_map(|p| runs[*p]).collect();
+            let meet =
+                |pair: &[Run]| after(pair[1].0, window.0) < after(pair[0].0, window.0) + pair[0].1;
+            if served.windows(2).any(meet) {
+                return Err("a stage serves two phases of one ring".into());
+            }
         }
-        // Where each side begins among the stages, and how many it has.
-        let mut windows: Vec<Run> = Vec::new();
-        for side in &plan.sides {
-            let is_of = |stage: usize| {
-                let of = side.iter().flatten().filter_map(|p| runs[*p]);
-                of.into_iter().any(|(first, length)| (stage + count - first) % count < length)
-            };
-            let window = in_a_row((0..count).map(is_of).collect())
-                .ok_or("the stages of a street do not follow each other")?;
-            windows.push(window);
-        }
-        if windows.iter().map(|window| window.1).sum::<usize>() != count {
-            return Err("a stage serves phases of several streets, or of none".into());
-        }
-        let origin = windows[plan.sides.iter().position(holds).unwrap_or_default()].0;
-        let after = |stage: usize, from: usize| (stage + count - from) % count;
-        let mut order: Vec<usize> = (0..plan.sides.len()).collect();
-        order.sort_by_key(|side| after(windows[*side].0, origin));
-        plan.sides = order.iter().map(|side| plan.sides[*side].clone()).collect();
-        let windows: Vec<Run> = order.into_iter().map(|side| windows[side]).collect();
-        for (side, window) in plan.sides.iter_mut().zip(&windows) {
-            for ring in side {
-                ring.sort_by_key(|p| runs[*p].map(|run| after(run.0, window.0)));
-                let served: Vec<Run> = ring.iter().filter_map(|p| runs[*p]).collect();
-                let meet = |pair: &[Run]| {
-                    after(pair[1].0, window.0) < after(pair[0].0, window.0) + pair[0].1
+    }
+    let end_s = |(first, length): Run| ends_s[(first + length - 1) % count];
+    // The yield point: when the first coordinated phase ends after which no other one ends long after.
+    let yields = || (0..plan.phases.len()).filter(|p| coordinated[*p]);
+    let since = |from_s: u32, to_s: u32| (to_s + cycle_s - from_s) % cycle_s;
+    let ends = |p: usize| runs[p].map_or(0, end_s);
+    let zero_s = yields()
+        .map(ends)
+        .min_by_key(|zero_s| yields().map(|p| since(*zero_s, ends(p))).max())
+        .ok_or("no phase is coordinated")?;
+    let ends_in_cycle_s = |(run, holds): (&Option<Run>, &bool)| {
+        let Some(run) = *run else { return 0 };
+        let begin_s = ends_s[run.0] - green_s(&stages.greens[run.0]);
+        let after_s = since(zero_s, end_s(run));
+        let goes_on = after_s < since(begin_s, end_s(run)) && !holds;
+        if goes_on { cycle_s + after_s } else { after_s }
+    };
+    let mut coordination = Coordination {
+        cycle_s,
+        ends_s: runs.iter().zip(&coordinated).map(ends_in_cycle_s).collect(),
+        inhibits_max: vec![false; plan.phases.len()],
+        splits_s: vec![None; plan.phases.len()],
+        yields_s: Some((stages.offset_s + zero_s) % cycle_s),
+        begins_s: 0,
+        holds: coordinated,
+    };
+    for (phase, holds) in plan.phases.iter_mut().zip(&coordination.holds) {
+        phase.recall = *holds;
+    }
+    coordination.begins_s = since((stages.offset_s + zero_s) % cycle_s, now_s % cycle_s);
+    for (side, window) in plan.sides.iter().zip(&windows) {
+        let before_s = ends_s[(window.0 + count - 1) % count];
+        let change_s = |stage: usize| {
+            let next = &stages.greens[(stage + 1) % count];
+            change_s(timing, &stages.greens[stage], next)
+        };
+        let begin_s = before_s + change_s((window.0 + count - 1) % count);
+        let last = (window.0 + window.1 - 1) % count;
+        let whole_s = since(begin_s % cycle_s, (ends_s[last] + change_s(last)) % cycle_s);
+        let whole_s = if whole_s == 0 { cycle_s } else { whole_s };
+        for ring in side {
+            let served = || ring.iter().copied().filter(|p| runs[*p].is_some());
+            let mut until_s = 0;
+            for (place, p) in served().enumerate() {
+                let own = &plan.phases[p];
+                let all_s = own.change_s.0 + own.change_s.1;
+                let to_s = match place + 1 == served().count() {
+                    true => whole_s,
+                    false => since(begin_s % cycle_s, (ends(p) + all_s) % cycle_s),
                 };
-                if served.windows(2).any(meet) {
-                    return Err("a stage serves two phases of one ring".into());
+                let split_s = to_s.saturating_sub(until_s);
+                if split_s < own.min_s + all_s {
+                    return Err(format!(
+                        "phase {} has {split_s} s, less than its shortest green and the change after it",
+                        own.number
+                    ));
                 }
+                coordination.splits_s[p] = Some(split_s);
+                until_s = to_s;
             }
         }
-        let end_s = |(first, length): Run| ends_s[(first + length - 1) % count];
-        // The yield point: when the first coordinated phase ends after which no other one ends long after.
-        let yields = || (0..plan.phases.len()).filter(|p| coordinated[*p]);
-        let since = |from_s: u32, to_s: u32| (to_s + cycle_s - from_s) % cycle_s;
-        let ends = |p: usize| runs[p].map_or(0, end_s);
-        let zero_s = yields()
-            .map(ends)
-            .min_by_key(|zero_s| yields().map(|p| since(*zero_s, ends(p))).max())
-            .ok_or("no phase is coordinated")?;
-        let ends_in_cycle_s = |(run, holds): (&Option<Run>, &bool)| {
-            let Some(run) = *run else { return 0 };
-            let begin_s = ends_s[run.0] - self.greens[run.0].1;
-            let after_s = since(zero_s, end_s(run));
-            let goes_on = after_s < since(begin_s, end_s(run)) && !holds;
-            if goes_on { cycle_s + after_s } else { after_s }
-        };
-        let mut coordination = Coordination {
-            cycle_s,
-            ends_s: runs.iter().zip(&coordinated).map(ends_in_cycle_s).collect(),
-            inhibits_max: vec![false; plan.phases.len()],
-            splits_s: vec![None; plan.phases.len()],
-            yields_s: Some((self.offset_s + zero_s) % cycle_s),
-            begins_s: 0,
-            holds: coordinated,
-        };
-        for (phase, holds) in plan.phases.iter_mut().zip(&coordination.holds) {
-            phase.recall = *holds;
-        }
-        coordination.begins_s = since((self.offset_s + zero_s) % cycle_s, now_s % cycle_s);
-        for (side, window) in plan.sides.iter().zip(&windows) {
-            let before_s = ends_s[(window.0 + count - 1) % count];
-            let change_s = |stage: usize| {
-                let next = self.greens[(stage + 1) % count].0;
-                change_s(timing, self.greens[stage].0, next)
-            };
-            let begin_s = before_s + change_s((window.0 + count - 1) % count);
-            let last = (window.0 + window.1 - 1) % count;
-            let whole_s = since(begin_s % cycle_s, (ends_s[last] + change_s(last)) % cycle_s);
-            let whole_s = if whole_s == 0 { cycle_s } else { whole_s };
-            for ring in side {
-                let served = || ring.iter().copied().filter(|p| runs[*p].is_some());
-                let mut until_s = 0;
-                for (place, p) in served().enumerate() {
-                    let own = &plan.phases[p];
-                    let all_s = own.change_s.0 + own.change_s.1;
-                    let to_s = match place + 1 == served().count() {
-                        true => whole_s,
-                        false => since(begin_s % cycle_s, (ends(p) + all_s) % cycle_s),
-                    };
-                    let split_s = to_s.saturating_sub(until_s);
-                    if split_s < own.min_s + all_s {
-                        return Err(format!(
-                            "phase {} has {split_s} s, less than its shortest green and the change after it",
-                            own.number
-                        ));
-                    }
-                    coordination.splits_s[p] = Some(split_s);
-                    until_s = to_s;
-                }
-            }
-        }
-        plan.coordination = Some(coordination);
-        Ok(plan)
     }
+    plan.coordination = Some(coordination);
+    Ok(plan)
+}
 
-    /// Returns when the green of each stage ends, from the beginning of the first one, and the cycle, seconds.
-    fn ends_s(&self, timing: &Timing) -> (Vec<u32>, u32) {
-        let mut ends_s = Vec::new();
-        let mut now_s = 0;
-        for (stage, (state, green_s)) in self.greens.iter().enumerate() {
-            now_s += green_s;
-            ends_s.push(now_s);
-            now_s += change_s(timing, state, self.greens[(stage + 1) % self.greens.len()].0);
-        }
-        (ends_s, now_s)
+/// Returns when the green of each stage ends, from the beginning of the first one, and the cycle, seconds.
+fn ends_s(stages: &RingStages, timing: &Timing) -> (Vec<u32>, u32) {
+    let mut ends_s = Vec::new();
+    let mut now_s = 0;
+    for (stage, green) in stages.greens.iter().enumerate() {
+        now_s += green_s(green);
+        ends_s.push(now_s);
+        now_s += change_s(timing, green, &stages.greens[(stage + 1) % stages.greens.len()]);
     }
+    (ends_s, now_s)
+}
 
-    /// Returns the stages that serve a phase; nothing if it is never called.
-    fn run(&self, phase: &Phase, plan: &Plan, links: &Links) -> Result<Option<Run>, String> {
-        let is_left = |link: &usize| links.turn(*link) == Some(Turn::Left);
-        let needs_arrow = !phase.enters && phase.links.iter().all(is_left);
-        let serves = |(state, _): &(&str, u32)| {
-            phase.links.iter().all(|link| match state.as_bytes().get(*link) {
-                Some(b'G') => true,
-                Some(b'g') => !needs_arrow,
-                _ => false,
-            })
-        };
-        let served: Vec<bool> = self.greens.iter().map(serves).collect();
-        if let Some(run) = in_a_row(served.clone()) {
-            return Ok(Some(run));
-        }
-        let also = |other: &Phase| {
-            other.number != phase.number && phase.links.iter().all(|l| other.links.contains(l))
-        };
-        if !served.contains(&true) && plan.phases.iter().any(also) {
-            return Ok(None);
-        }
-        Err(format!("no stages in a row serve phase {}", phase.number))
+/// Returns the stages that serve a phase; nothing if it is never called.
+fn run(
+    stages: &RingStages,
+    phase: &Phase,
+    plan: &Plan,
+    links: &Links,
+) -> Result<Option<Run>, String> {
+    let is_left = |link: &usize| links.turn(*link) == Some(Turn::Left);
+    let needs_arrow = !phase.enters && phase.links.iter().all(is_left);
+    let serves = |green: &ProgramPhase| {
+        phase.links.iter().all(|link| match green.state.as_bytes().get(*link) {
+            Some(b'G') => true,
+            Some(b'g') => !needs_arrow,
+            _ => false,
+        })
+    };
+    let served: Vec<bool> = stages.greens.iter().map(serves).collect();
+    if let Some(run) = in_a_row(served.clone()) {
+        return Ok(Some(run));
     }
+    let also = |other: &Phase| {
+        other.number != phase.number && phase.links.iter().all(|l| other.links.contains(l))
+    };
+    if !served.contains(&true) && plan.phases.iter().any(also) {
+        return Ok(None);
+    }
+    Err(format!("no stages in a row serve phase {}", phase.number))
 }
 
 /// Returns the change between two stages, seconds.
-fn change_s(timing: &Timing, from: &str, to: &str) -> u32 {
-    timing.between(from, to).iter().map(|step| step.1).sum()
+fn change_s(timing: &Timing, from: &ProgramPhase, to: &ProgramPhase) -> u32 {
+    timing.between(&from.state, &to.state).iter().map(|step| step.1).sum()
+}
+
+/// Returns the green of a stage, which is of whole seconds.
+fn green_s(stage: &ProgramPhase) -> u32 {
+    stage.duration_s.round() as u32
 }
 
 /// Returns the marked stages as a run around the cycle; nothing if none or all are marked, or if others lie between them.
@@ -231,8 +224,9 @@ mod tests {
     fn coordinated(links: &Links, greens: &[(&str, u32)], street: usize) -> Result<Plan, String> {
         let timing = timing(links, &settings());
         let plan = Plan::new(links, &links.states, &timing, &config());
-        let stages = Stages { greens, coordinated: street, offset_s: 10 };
-        stages.coordinate(plan, links, &timing, 0)
+        let greens = greens.iter().map(|(state, s)| ProgramPhase::fixed(*state, f64::from(*s)));
+        let stages = RingStages { greens: greens.collect(), coordinated: street, offset_s: 10 };
+        coordinate(&stages, plan, links, &timing, 0)
     }
 
     /// Numbers of the phases per side and ring.

@@ -32,11 +32,6 @@ pub(super) struct Wired<'a> {
 }
 
 impl<'a> Wired<'a> {
-    /// Returns a plan on the links of a signal.
-    ///
-    /// # Errors
-    ///
-    /// What of the signal the plan does not serve.
     pub(super) fn new(
         plan: &'a ExistingPlan,
         scene: &Scene,
@@ -106,7 +101,6 @@ impl<'a> Wired<'a> {
         (0..self.links.count()).map(letter).collect()
     }
 
-    /// Returns the plan as rings.
     pub(super) fn rings(&self, timing: &Timing) -> Plan {
         let phases = (0..self.plan.phases.len()).map(|phase| self.phase(phase, timing)).collect();
         Plan {
@@ -315,10 +309,6 @@ fn whole_s([walk_s, clearance_s]: [f64; 2]) -> u32 {
 }
 
 /// Returns the fixed cycle of a plan on a signal.
-///
-/// # Errors
-///
-/// What of the signal the plan does not serve.
 pub fn fixed_cycle(
     plan: &ExistingPlan,
     scene: &Scene,
@@ -330,7 +320,7 @@ pub fn fixed_cycle(
 #[cfg(test)]
 mod tests {
     use super::super::rings::{Rings, Seen};
-    use super::super::testing::{settings, timing};
+    use super::super::testing::{self, On, RED, SIDE, SIDE_ENDS, expected, settings, timing};
     use super::*;
     use crate::env::testing::crossing;
     use crate::existing::testing::{phase, plan};
@@ -376,9 +366,6 @@ mod tests {
     const LEFTS: &str = "rrGrrrrrGrrr";
     const MAIN: &str = "GGrrrrGGrrrr";
     const MAIN_ENDS: &str = "yyrrrryyrrrr";
-    const RED: &str = "rrrrrrrrrrrr";
-    const SIDE: &str = "rrrGGgrrrGGg";
-    const SIDE_ENDS: &str = "rrryyyrrryyy";
 
     #[test]
     fn a_pretimed_plan_is_a_cycle_with_its_own_yellow_and_red() {
@@ -458,29 +445,8 @@ mod tests {
         Rings::new(wired.links, rings, timing)
     }
 
-    /// Plays so many seconds with vehicles on the detectors of phases from a second to another one.
-    fn play(
-        plan: &ExistingPlan,
-        vehicles: &[(u32, std::ops::Range<usize>)],
-        seconds: usize,
-    ) -> Vec<(String, usize)> {
-        let mut rings = rings(plan);
-        let mut shown: Vec<(String, usize)> = Vec::new();
-        for second in 0..seconds {
-            match shown.last_mut() {
-                Some((state, count)) if state == rings.shown() => *count += 1,
-                _ => shown.push((rings.shown().to_owned(), 1)),
-            }
-            let on =
-                |number: u32| vehicles.iter().any(|(p, at)| *p == number && at.contains(&second));
-            let seen: Vec<bool> = rings.plan().phases.iter().map(|p| on(p.number)).collect();
-            rings.second(&Seen { calls: seen.clone(), extends: seen, walk_s: Vec::new() });
-        }
-        shown
-    }
-
-    fn expected(states: &[(&str, usize)]) -> Vec<(String, usize)> {
-        states.iter().map(|(state, seconds)| ((*state).to_owned(), *seconds)).collect()
+    fn play(plan: &ExistingPlan, vehicles: &[On], seconds: usize) -> Vec<(String, usize)> {
+        testing::play(&mut rings(plan), vehicles, seconds)
     }
 
     #[test]
@@ -545,15 +511,6 @@ mod tests {
     }
 
     #[test]
-    fn each_phase_of_a_barrier_takes_its_own_change() {
-        let mut plan = placed(Control::Actuated);
-        (plan.phases[4].yellow_s, plan.phases[4].all_red_s) = (3.0, 0.0);
-        let shown = play(&plan, &[(4, 0..99)], 11);
-        let ends = [(MAIN, 5), (MAIN_ENDS, 3), ("rrrrrryyrrrr", 1), (RED, 1), (SIDE, 1)];
-        assert_eq!(shown, expected(&ends));
-    }
-
-    #[test]
     fn a_movement_of_phases_that_end_together_is_red_for_as_long_as_the_longer_one_says() {
         let mut plan = placed(Control::Actuated);
         plan.phases[4].movements.push("NBR".into());
@@ -574,7 +531,7 @@ mod tests {
 
     /// Plays without vehicles; phases with maximum recall are prolonged as the signal does it.
     fn play_full(plan: &ExistingPlan, seconds: usize) -> Vec<(String, usize)> {
-        let full: Vec<(u32, std::ops::Range<usize>)> = (plan.phases.iter())
+        let full: Vec<On> = (plan.phases.iter())
             .filter(|p| p.recall == Recall::Max)
             .map(|p| (p.number, 0..usize::MAX))
             .collect();

@@ -145,7 +145,6 @@ impl Links {
         self.free[a].contains(b)
     }
 
-    /// Returns a set of links.
     pub(super) fn set(&self, links: impl IntoIterator<Item = usize>) -> Set {
         let mut set = Set::with_capacity(self.count());
         set.extend(links);
@@ -157,17 +156,14 @@ impl Links {
         others.is_subset(&self.together[link])
     }
 
-    /// Whether a link yields to another.
     pub(super) fn yields(&self, link: usize, to: usize) -> bool {
         self.yields[link].contains(to)
     }
 
-    /// Returns the links that a link yields to.
     pub(super) fn yields_of(&self, link: usize) -> &Set {
         &self.yields[link]
     }
 
-    /// Whether a link yields to some of others.
     pub(super) fn yields_to(&self, link: usize, others: &Set) -> bool {
         !self.yields[link].is_disjoint(others)
     }
@@ -193,13 +189,11 @@ impl Links {
         self.cars[link].as_ref().map(|car| car.turn)
     }
 
-    /// Returns all turns that start on a lane.
-    pub(super) fn turns_of_lane(&self, lane: usize) -> impl Iterator<Item = Turn> + '_ {
+    fn turns_of_lane(&self, lane: usize) -> impl Iterator<Item = Turn> + '_ {
         let cars = self.cars.iter().flatten();
         cars.filter(move |car| car.lanes.contains(&lane)).map(|car| car.turn)
     }
 
-    /// Whether a lane is for one turn alone.
     pub(super) fn is_lane_for(&self, lane: usize, turn: Turn) -> bool {
         self.turns_of_lane(lane).all(|t| t == turn)
     }

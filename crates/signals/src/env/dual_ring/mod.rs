@@ -14,13 +14,13 @@ mod testing;
 #[cfg(test)]
 mod tests;
 
-use crate::control::dual_ring::{Config, StageCycle};
+use crate::control::dual_ring::Config;
 use crate::existing::ExistingPlan;
 use crate::program::{ProgramPhase, RingPhase, RingStages};
 use crate::sim::{Scene, SignalInfo};
 use crate::vocabulary::listed_before;
 
-use self::coordination::Stages;
+use self::coordination::coordinate;
 use self::existing::Wired;
 pub use self::existing::fixed_cycle;
 use self::links::Links;
@@ -28,7 +28,7 @@ use self::plan::Plan;
 use self::rings::{Rings, Seen};
 use super::derive::{DerivedSignal, PHASES_PROGRAM};
 use super::pedestrians::Pedestrians;
-use crate::timing::WALK_S;
+use crate::timing::{Timing, WALK_S};
 
 /// Dual-ring control of one signal.
 #[derive(Debug, Clone)]
@@ -57,44 +57,21 @@ impl DualRing {
     /// # Arguments
     ///
     /// * `now_s` — the time, seconds.
-    ///
-    /// # Errors
-    ///
-    /// Why two rings cannot follow the stages of the cycle.
     pub fn coordinated(
         scene: &Scene,
         signal: &SignalInfo,
         derived: &DerivedSignal,
-        (config, cycle): (&Config, &StageCycle),
+        (config, stages): (&Config, &RingStages),
         now_s: f64,
     ) -> Result<Self, String> {
         let (links, plan) = planned(scene, signal, derived, config);
-        let greens: Vec<(&str, u32)> = (cycle.greens.iter())
-            .map(|(phase, green_s)| {
-                let phase = derived.spec.phases.get(phase.0).ok_or("a stage is none of its phases");
-                phase.map(|phase| (phase.state.as_str(), green_s.round() as u32))
-            })
-            .collect::<Result<_, _>>()?;
-        let (coordinated, offset_s) = (cycle.coordinated, cycle.offset_s);
-        let stages = Stages { greens: &greens, coordinated, offset_s };
-        let plan = stages.coordinate(plan, &links, &derived.timing, now_s.round() as u32)?;
-        let next = greens.iter().cycle().skip(1).map(|(state, _)| *state);
-        let cycle = greens.iter().zip(next).flat_map(|((state, s), next)| {
-            let change = derived.timing.between(state, next);
-            std::iter::once(((*state).to_owned(), *s)).chain(change)
-        });
-        let fixed = |(state, s): (String, u32)| ProgramPhase::fixed(state, f64::from(s));
-        let cycle = cycle.map(fixed).collect();
-        let greens = greens.iter().map(|(state, s)| fixed(((*state).to_owned(), *s))).collect();
-        let stages = Some(RingStages { greens, offset_s, coordinated });
-        Ok(Self { stages, cycle, ..Self::of(links, plan, derived) })
+        let plan = coordinate(stages, plan, &links, &derived.timing, now_s.round() as u32)?;
+        let cycle = cycle_of(stages, &derived.timing).into_iter();
+        let cycle = cycle.map(|(state, s)| ProgramPhase::fixed(state, s)).collect();
+        Ok(Self { stages: Some(stages.clone()), cycle, ..Self::of(links, plan, derived) })
     }
 
     /// Returns the control of a signal that runs an existing plan and sees vehicles.
-    ///
-    /// # Errors
-    ///
-    /// What of the signal the plan does not serve.
     pub fn existing(
         scene: &Scene,
         signal: &SignalInfo,
@@ -285,6 +262,17 @@ impl DualRing {
         });
         format!("{kind}{within}: {}", sides.join(" | barrier | "))
     }
+}
+
+/// Returns the states of a cycle of stages, the changes between them included, with their durations, seconds.
+pub fn cycle_of(stages: &RingStages, timing: &Timing) -> Vec<(String, f64)> {
+    let next = stages.greens.iter().cycle().skip(1);
+    let with_change = |(green, next): (&ProgramPhase, &ProgramPhase)| {
+        let change = timing.between(&green.state, &next.state).into_iter();
+        let change = change.map(|(state, s)| (state, f64::from(s)));
+        std::iter::once((green.state.clone(), green.duration_s)).chain(change)
+    };
+    stages.greens.iter().zip(next).flat_map(with_change).collect()
 }
 
 /// Returns the phases of a signal as they follow from its programs, whatever drives it.

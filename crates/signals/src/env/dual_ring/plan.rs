@@ -183,7 +183,6 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Returns streets as two rings.
     fn rings(&self, streets: &[Street]) -> Plan {
         let is_overlap = |link: &usize| matches!(self.links.turn(*link), None | Some(Turn::Right));
         let overlaps = (0..self.links.count()).filter(is_overlap).collect();
@@ -356,7 +355,6 @@ impl Builder<'_> {
         Detector { lane, reach_m, calls, served_by }
     }
 
-    /// Returns the detectors of an approach's phase.
     fn detectors(&self, approach: usize, served: &[usize], own_lefts: bool) -> Vec<Detector> {
         let links = self.links;
         let detector = |lane: usize| {
@@ -417,7 +415,6 @@ pub(super) fn lanes(links: &Links, of: impl Iterator<Item = usize>) -> Vec<usize
     lanes
 }
 
-/// Returns the links that start on a lane.
 pub(super) fn on_lane(links: &Links, lane: usize) -> impl Iterator<Item = usize> + '_ {
     let is =
         move |link: &usize| links.cars[*link].as_ref().is_some_and(|c| c.lanes.contains(&lane));

@@ -157,7 +157,6 @@ impl Rings {
         rings
     }
 
-    /// Returns the plan.
     pub(super) fn plan(&self) -> &Plan {
         &self.plan
     }
@@ -167,7 +166,6 @@ impl Rings {
         &self.shown
     }
 
-    /// Whether all of some links are green.
     pub(super) fn all_green(&self, links: &[usize]) -> bool {
         links.iter().all(|link| self.green.contains(*link))
     }
@@ -180,7 +178,6 @@ impl Rings {
         if let Stage::Green(green) = &self.stages[ring] { Some(green) } else { None }
     }
 
-    /// Returns the phases that are green.
     pub(super) fn green_phases(&self) -> impl Iterator<Item = usize> + '_ {
         self.greens().map(|green| green.phase)
     }

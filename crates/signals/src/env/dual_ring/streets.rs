@@ -116,7 +116,6 @@ fn best_state(links: &Links, approaches: &[usize]) -> Option<usize> {
     fitting.rev().max_by_key(|(_, state)| greens(state)).map(|(i, _)| i)
 }
 
-/// Whether a link is green in a state.
 pub(super) fn is_green(state: &str, link: usize) -> bool {
     matches!(state.as_bytes().get(link), Some(b'G' | b'g'))
 }

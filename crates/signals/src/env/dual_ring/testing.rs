@@ -4,7 +4,7 @@ use osm_signals::Turn;
 
 use super::links::{Car, Links};
 use super::plan::Plan;
-use super::rings::Rings;
+use super::rings::{Rings, Seen};
 use crate::control::dual_ring::Config;
 use crate::settings::SignalSettings;
 use crate::timing::{Approach, Timing, Way};
@@ -91,3 +91,29 @@ pub(super) fn rings(links: &Links, config: &Config, settings: &SignalSettings) -
     let plan = Plan::new(links, &links.states, &timing, config);
     Rings::new(links.clone(), plan, timing)
 }
+
+/// Vehicles on the detectors of a phase, from a second to another one.
+pub(super) type On = (u32, std::ops::Range<usize>);
+
+/// Plays so many seconds and returns the states with the seconds for which they are shown.
+pub(super) fn play(rings: &mut Rings, vehicles: &[On], seconds: usize) -> Vec<(String, usize)> {
+    let mut shown: Vec<(String, usize)> = Vec::new();
+    for second in 0..seconds {
+        match shown.last_mut() {
+            Some((state, count)) if state == rings.shown() => *count += 1,
+            _ => shown.push((rings.shown().to_owned(), 1)),
+        }
+        let on = |number: u32| vehicles.iter().any(|(p, at)| *p == number && at.contains(&second));
+        let seen: Vec<bool> = rings.plan().phases.iter().map(|p| on(p.number)).collect();
+        rings.second(&Seen { calls: seen.clone(), extends: seen, walk_s: Vec::new() });
+    }
+    shown
+}
+
+pub(super) fn expected(states: &[(&str, usize)]) -> Vec<(String, usize)> {
+    states.iter().map(|(state, seconds)| ((*state).to_owned(), *seconds)).collect()
+}
+
+pub(super) const RED: &str = "rrrrrrrrrrrr";
+pub(super) const SIDE: &str = "rrrGGgrrrGGg";
+pub(super) const SIDE_ENDS: &str = "rrryyyrrryyy";

@@ -4,42 +4,20 @@ use osm_signals::Turn;
 
 use super::links::Links;
 use super::plan::Plan;
-use super::rings::{Rings, Seen};
-use super::testing::{ARMS, GREENS, config, cross, five, links, rings, settings, tee, timing};
+use super::rings::Seen;
+use super::testing::{
+    ARMS, GREENS, On, RED, SIDE, SIDE_ENDS, config, cross, expected, five, links, play, rings,
+    settings, tee, timing,
+};
 use crate::control::dual_ring::{Config, Recall};
 use crate::settings::SignalSettings;
-
-/// Vehicles on the detectors of a phase, from a second to another one.
-type On = (u32, std::ops::Range<usize>);
-
-/// Plays so many seconds and returns the states with the seconds for which they are shown.
-fn play(rings: &mut Rings, vehicles: &[On], seconds: usize) -> Vec<(String, usize)> {
-    let mut shown: Vec<(String, usize)> = Vec::new();
-    for second in 0..seconds {
-        match shown.last_mut() {
-            Some((state, count)) if state == rings.shown() => *count += 1,
-            _ => shown.push((rings.shown().to_owned(), 1)),
-        }
-        let on = |number: u32| vehicles.iter().any(|(p, at)| *p == number && at.contains(&second));
-        let seen: Vec<bool> = rings.plan().phases.iter().map(|p| on(p.number)).collect();
-        rings.second(&Seen { calls: seen.clone(), extends: seen, walk_s: Vec::new() });
-    }
-    shown
-}
 
 fn shown(vehicles: &[On], seconds: usize) -> Vec<(String, usize)> {
     play(&mut rings(&cross(), &config(), &settings()), vehicles, seconds)
 }
 
-fn expected(states: &[(&str, usize)]) -> Vec<(String, usize)> {
-    states.iter().map(|(state, seconds)| ((*state).to_owned(), *seconds)).collect()
-}
-
 const MAIN: &str = "GGgrrrGGgrrr";
 const MAIN_ENDS: &str = "yyyrrryyyrrr";
-const RED: &str = "rrrrrrrrrrrr";
-const SIDE: &str = "rrrGGgrrrGGg";
-const SIDE_ENDS: &str = "rrryyyrrryyy";
 
 /// The numbers of every ring of every side.
 fn numbers(plan: &Plan) -> Vec<[Vec<u32>; 2]> {
