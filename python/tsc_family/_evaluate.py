@@ -93,7 +93,7 @@ def evaluate(
     sampling: str | None = None,
     like: PathLike | None = None,
     assist: PathLike | None = None,
-    until_decided: bool | str | Sequence[tuple[str, str]] = False,
+    until_decided: bool = False,
     looks: Sequence[int] = (),
     eval_seeds: int | None = None,
     seeds: PathLike | None = None,
@@ -120,7 +120,7 @@ def evaluate(
     ``models`` has files of trained models by a name for each: methods that do not learn any more. The class of a model of
     your own has to be among ``controllers``.
     ``budget`` is the number of point MDPs. Where it is None, these are those of the run that is in ``out``, else all.
-    ``until_decided`` is True for all pairs of methods, ``"first-place"``, or pairs of names. The
+    With ``until_decided`` the run stops when it is decided which method is the best. The
     other options are those of ``tsc-family run``. The same call continues an interrupted run. A call with more
     controllers, methods or point MDPs adds to the run in ``out``, whose records stay. A controller whose file has
     changed needs another ``out``, or its name in ``replace``, which computes its records again. A controller that fails on a point MDP has a failed record
@@ -168,10 +168,8 @@ def evaluate(
     for name, value in options.items():
         if value is not None:
             arguments.append(f"--{name}={value}")
-    if until_decided is True or isinstance(until_decided, str):
-        arguments.append("--until-decided" if until_decided is True else f"--until-decided={until_decided}")
-    elif until_decided:
-        arguments.append("--until-decided=" + ",".join(":".join(pair) for pair in until_decided))
+    if until_decided:
+        arguments.append("--until-decided")
     if replace:
         arguments += ["--replace", ",".join(_names(replace))]
     if retry_failed:

@@ -13,7 +13,6 @@ use crate::report::format;
 use crate::run::audit::Beside;
 use crate::run::batch;
 use crate::run::domain::domain_of;
-use crate::run::error::RunError;
 use crate::store::results::Results;
 use crate::store::{Damage, Layout, Remedy, StoreError};
 use crate::traffic::places::Places;
@@ -49,7 +48,7 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         }
         manifest => manifest?,
     };
-    let begun = batch::begun(&layout).map_err(RunError::from)?;
+    let begun = batch::begun(&layout)?;
     let (results, mut damage) = Results::inspect(&layout, &manifest)?;
     let is_of_the_records = !damage.iter().any(|found| found.path == layout.manifest());
     let mut beside = Beside::default();

@@ -116,9 +116,9 @@ pub(super) fn hand_over(
 ) -> anyhow::Result<()> {
     let (layout, manifest) = (&session.layout, &session.manifest);
     let lines = args.lines()?;
-    let own = absolute(layout.root()).map_err(RunError::from)?;
+    let own = absolute(layout.root())?;
     if executor == Executes::Slurm {
-        let jobs = slurm::in_queue(&own).map_err(RunError::from)?;
+        let jobs = slurm::in_queue(&own)?;
         if jobs > 0 {
             let (jobs, name) = (format::count(jobs, "job"), slurm::name(&own));
             let reason =
@@ -128,7 +128,7 @@ pub(super) fn hand_over(
     }
     let prepared = match session.prepared.as_os_str().is_empty() {
         true => PathBuf::new(),
-        false => absolute(&session.prepared).map_err(RunError::from)?,
+        false => absolute(&session.prepared)?,
     };
     check_prepared_files(session, domain, &prepared)?;
     let efforts = Efforts::of_run(domain, &manifest.identity)?;
@@ -146,8 +146,7 @@ pub(super) fn hand_over(
     let submission = Submission {
         number: batch::begin(layout, &packs)?,
         results: own,
-        from: absolute(&std::env::current_dir().context("cannot find this folder")?)
-            .map_err(RunError::from)?,
+        from: absolute(&std::env::current_dir().context("cannot find this folder")?)?,
         prepared,
         launcher,
         lines,
@@ -160,7 +159,7 @@ pub(super) fn hand_over(
     };
     let how = match executor {
         Executes::Slurm => {
-            let ids = slurm::submit(&submission).map_err(RunError::from)?.join(", ");
+            let ids = slurm::submit(&submission)?.join(", ");
             let output = submission.output();
             format!("Slurm has it as job {ids}; what jobs print is in {}", output.display())
         }

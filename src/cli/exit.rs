@@ -12,7 +12,6 @@ use crate::export::ExportError;
 use crate::family::error::FamilyError;
 use crate::files::FileError;
 use crate::report::ReportError;
-use crate::run::batch::BatchError;
 use crate::run::error::RunError;
 use crate::run::fault::TrialError;
 pub use crate::run::stop::STOPPED;
@@ -92,11 +91,10 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             RunError::Store(e) => code(e),
             RunError::Trial(e) => code(e),
             RunError::Prepare(e) => code(e.as_ref()),
-            RunError::Batch(e) => code(e),
             RunError::Io(e) => file(e),
             RunError::Controller { given: true, .. } => MISMATCH,
             RunError::Stopped { no_simulator: true, .. } => NO_SUMO,
-            RunError::Stopped { .. } | RunError::Unprepared(_) => UNEXPECTED,
+            RunError::Stopped { .. } | RunError::Unprepared(_) | RunError::Batch(_) => UNEXPECTED,
             _ => USAGE,
         }
         TrialError {
@@ -105,11 +103,6 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             TrialError::Machine(e) => code(e.as_ref()),
             TrialError::Stopped => STOPPED,
             TrialError::Failed(_) | TrialError::Own(_) | TrialError::Disturbed(_) => UNEXPECTED,
-        }
-        BatchError {
-            BatchError::Refused { .. } => UNEXPECTED,
-            BatchError::Io(e) => file(e),
-            _ => USAGE,
         }
         TrafficError {
             TrafficError::Family(e) => code(e),

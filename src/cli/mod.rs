@@ -39,7 +39,6 @@ mod sumocfg_options;
 mod target;
 #[cfg(test)]
 mod testing;
-mod until;
 mod values;
 mod work;
 mod worker;

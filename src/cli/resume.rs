@@ -15,7 +15,6 @@ use crate::domains::domains;
 use crate::report::format;
 use crate::run::batch;
 use crate::run::domain::domain_of;
-use crate::run::error::RunError;
 use crate::run::session::reopen;
 use crate::run::worker::check_own;
 use crate::store::Layout;
@@ -68,7 +67,7 @@ pub(super) fn run(args: &ResumeArgs) -> anyhow::Result<u8> {
     let session = reopen(&known, &layout, manifest, prepared)?;
     let usual = if args.workers.sbatch.is_some() { Executes::Slurm } else { Executes::Local };
     let executor = args.executor.unwrap_or(usual);
-    let begun = batch::begun(&layout).map_err(RunError::from)?;
+    let begun = batch::begun(&layout)?;
     let read = || -> anyhow::Result<Results> {
         Ok(Results::load_known(&layout, &session.manifest)?.under_way(&begun))
     };

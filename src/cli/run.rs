@@ -245,7 +245,7 @@ fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::R
         }
     }
     // A sample that grows may grow to the whole family.
-    Ok(match budget.or(args.until.flag().map(|_| size)) {
+    Ok(match budget.or(args.until_decided.then_some(size)) {
         Some(budget) => {
             let sampling = args.sampling.unwrap_or(Sampling::DEFAULT);
             Choice::Budget { budget, sampling, design: None, assisting: None }

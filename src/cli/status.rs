@@ -9,7 +9,6 @@ use super::output::{line, note};
 use crate::cli::exit;
 use crate::files::quoted;
 use crate::run::batch;
-use crate::run::error::RunError;
 use crate::store::Layout;
 use crate::store::lock::holder;
 use crate::store::manifest::Manifest;
@@ -38,7 +37,7 @@ pub struct StatusArgs {
 pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
     let manifest = manifest_of(&layout)?;
-    let handed = batch::begun(&layout).map_err(RunError::from)?;
+    let handed = batch::begun(&layout)?;
     let results = Results::inspect(&layout, &manifest)?.0.under_way(handed);
     let holder = holder(&layout);
     let (tasks, missing) = (results.plan().len(), results.missing().count());

@@ -15,7 +15,6 @@ use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::report::format;
 use crate::run::batch::packs_of;
-use crate::run::error::RunError;
 use crate::run::executor::{Event, Executor, Local};
 use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::run::worker::task_of;
@@ -60,7 +59,7 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
     let interrupted = interrupted()?;
     let layout = Layout::new(&args.dir);
     let manifest = Manifest::read(&layout)?;
-    let packs = packs_of(&layout, args.submission).map_err(RunError::from)?.unwrap_or_default();
+    let packs = packs_of(&layout, args.submission)?.unwrap_or_default();
     let Some(pack) = packs.get(args.pack) else {
         let (number, count) = (args.submission, packs.len());
         let reason =

@@ -109,18 +109,6 @@ fn a_look_is_complete_without_what_was_dropped() {
 }
 
 #[test]
-fn a_method_drops_out_only_when_all_its_pairs_are_decided() {
-    let pair = |a: &str, b: &str| (a.to_owned(), b.to_owned());
-    let pairs = vec![pair("fixed-time", "idqn"), pair("idqn", "ippo")];
-    let dir = tempfile::tempdir().unwrap();
-    let layout = written(dir.path(), Until::Decided(pairs), &[]);
-    let standing = reported(&layout).standing().unwrap();
-    assert_eq!(standing.open, [pair("fixed-time", "idqn")]);
-    let named: Vec<&str> = standing.behind.iter().map(|d| d.method.as_str()).collect();
-    assert_eq!(named, ["ippo"], "idqn is ahead of it, and still needed");
-}
-
-#[test]
 fn a_list_that_is_not_of_the_run_is_named_with_the_way_out() {
     let dir = tempfile::tempdir().unwrap();
     let layout = written(dir.path(), first_place(), &[]);

@@ -123,7 +123,7 @@ fn of_a_run_that_stopped_early_weights_are_those_of_the_report() {
     let dir = tempfile::tempdir().unwrap();
     let layout = written(
         dir.path(),
-        Until::Decided(vec![("fixed-time".to_owned(), "ippo".to_owned())]),
+        Until::FirstPlace(["fixed-time", "ippo"].map(str::to_owned).to_vec()),
         &["baseline"],
     );
     let path = dir.path().join("records.parquet");

@@ -120,8 +120,7 @@ fn is_enough(root: &Path, until: &Until, has_delay: bool) -> bool {
 
 #[test]
 fn a_run_that_grows_stops_although_the_baseline_has_no_delay_on_a_point_mdp() {
-    let pairs = vec![("fixed-time".to_owned(), "ippo".to_owned())];
-    let until = Until::Decided(pairs);
+    let until = Until::FirstPlace(["fixed-time", "ippo"].map(str::to_owned).to_vec());
     for has_delay in [true, false] {
         let dir = tempfile::tempdir().unwrap();
         assert!(is_enough(dir.path(), &until, has_delay), "{has_delay}");

@@ -7,7 +7,6 @@ use crate::cli::controllers::ControllersArgs;
 use crate::cli::executors::{Executes, WorkersArgs};
 use crate::cli::scenario::ScenarioArg;
 use crate::cli::sumocfg_options::SumocfgArgs;
-use crate::cli::until::UntilArgs;
 use crate::cli::values::{Budget, at_least_one, from_one_to, parse_budget, parse_seed};
 use crate::sample::Sampling;
 use crate::store::most::{MOST_EVALUATION_SEEDS, MOST_REPLICATES};
@@ -53,11 +52,15 @@ pub struct RunArgs {
     /// Results of the whole family for methods that do not learn; Bayesian quadrature uses their scores
     #[arg(long, value_name = "DIR", conflicts_with = "sumocfg")]
     pub assist: Option<PathBuf>,
-    /// When it stops
-    #[command(flatten)]
-    pub until: UntilArgs,
+    /// Stop at the first look at which it is known which method is the best, or within --within of the best; methods
+    /// that are surely behind drop out before
+    #[arg(long)]
+    pub until_decided: bool,
+    /// How much the answer of --until-decided may lose against the best method; 0 asks for one that is ahead of all others
+    #[arg(long, value_name = "E", default_value_t = 0.03, value_parser = distance, requires = "until_decided")]
+    pub within: f64,
     /// Numbers of point MDPs at which the run inspects its results [default: the budget, half of it, and so on down
-    /// to 10]
+    /// to 20]
     #[arg(long, value_name = "N,...", value_delimiter = ',')]
     pub looks: Vec<NonZeroUsize>,
     /// Plans that the signals have today, for the method existing: a table with a row per phase, or UTDF
@@ -123,4 +126,10 @@ pub struct RunArgs {
     /// Print nothing but warnings and errors
     #[arg(long, short)]
     pub quiet: bool,
+}
+
+/// Reads a distance of scores.
+fn distance(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| (0.0..=1e9).contains(number));
+    number.ok_or_else(|| "expected a number of 0 or more".to_owned())
 }

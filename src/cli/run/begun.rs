@@ -40,7 +40,7 @@ impl Begun {
         let Ok(Manifest { identity, provenance }) = read else { return Ok(None) };
         let is_other = identity.domain != subject.domain().name()
             || identity.scenario != subject.problem().family().name;
-        if is_other || identity.sample.growth.is_some() || args.until.flag().is_some() {
+        if is_other || identity.sample.growth.is_some() || args.until_decided {
             return Ok(None);
         }
         let given: Vec<String> = args.controllers.names().collect();

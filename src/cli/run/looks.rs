@@ -7,9 +7,11 @@ use crate::analysis::Standing;
 use crate::cli::output::{line, note};
 use crate::cli::refused::Refused;
 use crate::domains;
+use crate::report::text::found;
 use crate::run::domain::Problem;
 use crate::run::plan::Draft;
 use crate::run::session::Session;
+use crate::sample::Until;
 use crate::store::dropped::write_dropped;
 use crate::store::results::Results;
 
@@ -23,25 +25,32 @@ pub(super) fn grow(
     baseline: Option<&str>,
     draft: &mut Draft,
 ) -> anyhow::Result<()> {
-    let Some(flag) = args.until.flag() else {
+    if !args.until_decided {
         if args.looks.is_empty() {
             return Ok(());
         }
         let reason = "--looks has no effect without --until-decided; leave it out";
         return Err(Refused(reason.to_owned()).into());
-    };
+    }
     // In the order of the draft and each once, whatever the order and number of times that they were given.
     let named = |m: &&String| Some(m.as_str()) != baseline || args.methods.contains(*m);
     let judged = draft.methods.iter().filter(|m| methods.contains(m)).filter(named).cloned();
     let judged: Vec<String> = judged.collect();
-    let Some(until) = args.until.until(&judged, &draft.methods)? else { return Ok(()) };
+    let refused = |reason: &str| Refused(format!("--until-decided: {reason}"));
+    if judged.len() < 2 {
+        return Err(refused("it takes two methods to decide between").into());
+    }
     let looks: Vec<usize> = args.looks.iter().map(|look| look.get()).collect();
     if !draft.sample.sampling.has_design() {
         let reason =
             "it needs a balanced sample, such as --budget N draws, or one by Bayesian quadrature";
-        return Err(Refused(format!("{flag}: {reason}")).into());
+        return Err(refused(reason).into());
     }
-    Ok(draft.grow(until, &looks).map_err(|e| Refused(format!("{flag}: {e}")))?)
+    let until = match args.within {
+        0.0 => Until::FirstPlace(judged),
+        within => Until::Within(within, judged),
+    };
+    Ok(draft.grow(until, &looks).map_err(|e| refused(&e.to_string()))?)
 }
 
 /// Returns the results with what is to be done next in them; nothing when the run is complete, or says enough.
@@ -86,18 +95,18 @@ pub(super) fn next(
     } else if !args.quiet {
         let points = now.manifest.identity.points.len();
         let then = next.as_ref().map(|next| next.manifest.identity.points.len());
-        note(said(&standing, points, then));
+        note(said(&standing, args.within, points, then));
     }
     Ok(next)
 }
 
 /// Returns what a look shows, and what follows from it.
-fn said(standing: &Standing, points: usize, then: Option<usize>) -> String {
-    let Standing { look, looks, open, is_enough, behind } = standing;
+fn said(standing: &Standing, within: f64, points: usize, then: Option<usize>) -> String {
+    let Standing { look, looks, answer, open, is_enough, behind } = standing;
     let mut text = format!("look {look} of {looks}, {points} point MDPs: ");
-    match open.is_empty() {
-        true => text.push_str("every pair is decided"),
-        false => {
+    match answer {
+        Some(answer) => text.push_str(&found(answer, within)),
+        None => {
             let named = open.iter().take(NAMED).map(|(a, b)| format!("{a} and {b}"));
             text.push_str(&format!("open between {}", named.collect::<Vec<_>>().join(", ")));
             if open.len() > NAMED {

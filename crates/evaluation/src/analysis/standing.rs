@@ -1,8 +1,6 @@
 //! Where a sample that grows stands: whether it says enough.
 
-use super::{Analysis, Decided, MethodSummary, Pair};
-use crate::sample::Until;
-use crate::sample::behind::{Compared, behind};
+use super::{Analysis, Decided, Pair};
 use crate::store::dropped::Dropped;
 
 /// Where a sample that grows stands.
@@ -14,9 +12,11 @@ pub struct Standing {
     pub looks: usize,
     /// Whether what was asked for is reached.
     pub is_enough: bool,
-    /// Pairs of methods that were asked about and are not decided.
+    /// The answer, with the methods that may be as good or better.
+    pub answer: Option<(String, Vec<String>)>,
+    /// The best method so far with each against which it may lose more than is asked for.
     pub open: Vec<(String, String)>,
-    /// Methods that say nothing more about what is open: they are surely behind another one.
+    /// Methods that cannot be the best: they are surely behind another one.
     pub behind: Vec<Dropped>,
 }
 
@@ -33,56 +33,53 @@ impl Analysis {
         let sample = &self.manifest.identity.sample;
         let growth = sample.growth.as_ref()?;
         let look = sample.look()? + 1;
-        let (open, compared) = match &growth.until {
-            Until::Decided(pairs) => {
-                let pairs = pairs.iter().map(|(a, b)| [a.as_str(), b.as_str()]);
-                let stay = pairs.filter(|pair| !pair.iter().any(|m| self.is_dropped(m)));
-                let compared: Vec<_> = stay.map(|pair| self.compared(pair)).collect();
-                (named(&mut compared.iter().filter(|pair| pair.ahead.is_none())), compared)
-            }
-            Until::FirstPlace(methods) => {
-                let stays = |m: &&str| methods.iter().any(|n| n == m) && !self.is_dropped(m);
-                let ranking = self.methods.iter().map(|m| m.method.as_str());
-                let stay: Vec<&str> = ranking.filter(stays).collect();
-                let after = |i: usize| stay.iter().skip(i + 1).map(move |b| (i, *b));
-                let pairs = (0..stay.len()).flat_map(after).map(|(i, b)| [stay[i], b]);
-                let compared: Vec<_> = pairs.map(|pair| self.compared(pair)).collect();
-                let is_open = |pair: &&Compared<&str>| {
-                    pair.methods[0] == stay[0] && pair.ahead != Some(stay[0])
-                };
-                (named(&mut compared.iter().filter(is_open)), compared)
-            }
+        let (methods, within) = growth.until.question();
+        let dropped = &self.results.dropped;
+        let stays = |m: &&str| {
+            methods.iter().any(|n| n == m) && !dropped.iter().any(|dropped| dropped.method == *m)
         };
-        let behind = self.dropping(&behind(&growth.until, &compared), look);
+        let ranking = self.methods.iter().map(|m| m.method.as_str());
+        let stay: Vec<&str> = ranking.filter(stays).collect();
+        let is_ahead = |a: &str, b: &str| self.winner(a, b) == Some(a);
+        let loses = |a: &str, b: &str| a != b && !self.is_within(a, b, within);
+        let is_answer = |a: &&&str| !stay.iter().any(|b| loses(a, b));
+        let answer = stay.iter().find(is_answer).map(|answer| {
+            let others = stay.iter().filter(|other| *other != answer && !is_ahead(answer, other));
+            ((*answer).to_owned(), others.map(|other| (*other).to_owned()).collect())
+        });
+        let open = stay.iter().skip(1).filter(|m| answer.is_none() && loses(stay[0], m));
+        let open: Vec<_> = open.map(|m| (stay[0].to_owned(), (*m).to_owned())).collect();
+        // What scores are divided by never drops out.
+        let droppable = self.methods.iter().filter(|m| !m.is_reference && stays(&&*m.method));
+        let behind = droppable.filter_map(|m| {
+            let ahead = stay.iter().find(|other| is_ahead(other, &m.method))?;
+            Some(Dropped { method: m.method.clone(), look, behind: (*ahead).to_owned() })
+        });
+        let behind = behind.collect();
         // Methods that lack results may lack what decides.
-        let is_enough = open.is_empty() && self.missing() == 0;
-        Some(Standing { look, looks: growth.looks.len(), is_enough, open, behind })
+        let is_enough = answer.is_some() && self.missing() == 0;
+        Some(Standing { look, looks: growth.looks.len(), is_enough, answer, open, behind })
     }
 
     fn scorable(&self) -> usize {
         self.reference.index.map_or(self.points.len(), |index| self.results_of(index).count())
     }
 
-    fn is_dropped(&self, method: &str) -> bool {
-        self.results.dropped.iter().any(|dropped| dropped.method == method)
+    /// Whether the first method loses at most so much against the second, by the interval of their difference; within 0 it
+    /// is ahead by more than chance.
+    fn is_within(&self, first: &str, second: &str, within: f64) -> bool {
+        let Some((pair, is_first)) = self.pair(first, second) else { return false };
+        match pair.ahead.interval {
+            _ if within == 0.0 => self.winner(first, second) == Some(first),
+            Some((low, high)) => {
+                pair.fragile.is_empty() && if is_first { -low <= within } else { high <= within }
+            }
+            None => false,
+        }
     }
 
-    /// Returns that methods drop out after a look, counted from 1, in the order of the ranking; never what scores are
-    /// divided by.
-    fn dropping(&self, behind: &[(&str, &str)], look: usize) -> Vec<Dropped> {
-        let of = |m: &MethodSummary| {
-            let (method, rival) = behind.iter().find(|(method, _)| *method == m.method)?;
-            let dropped = Dropped { method: (*method).into(), look, behind: (*rival).into() };
-            (!m.is_reference).then_some(dropped)
-        };
-        self.methods.iter().filter_map(of).collect()
-    }
-
-    fn compared<'a>(&self, methods: [&'a str; 2]) -> Compared<&'a str> {
-        Compared { methods, ahead: self.winner(methods[0], methods[1]) }
-    }
-
-    fn winner<'a>(&self, first: &'a str, second: &'a str) -> Option<&'a str> {
+    /// Returns the comparison of two methods on all point MDPs, and whether the first of them comes first in it.
+    fn pair(&self, first: &str, second: &str) -> Option<(&Pair, bool)> {
         let name = |m: usize| self.methods[m].method.as_str();
         let of = |p: &&Pair| {
             let named = [name(p.first), name(p.second)];
@@ -93,15 +90,16 @@ impl Analysis {
         let partly = self.partly_replicated();
         let is_whole = ![first, second].iter().any(|method| partly.contains(method));
         let found = Some(found).filter(|p| is_whole && p.points == self.scorable())?;
-        let is_first = name(found.first) == first;
+        Some((found, name(found.first) == first))
+    }
+
+    /// Returns which of two methods is ahead by more than chance on all point MDPs, if one is.
+    fn winner<'a>(&self, first: &'a str, second: &'a str) -> Option<&'a str> {
+        let (found, is_first) = self.pair(first, second)?;
         match found.decided() {
             Decided::First => Some(if is_first { first } else { second }),
             Decided::Second => Some(if is_first { second } else { first }),
             Decided::Open | Decided::Unknown => None,
         }
     }
-}
-
-fn named(pairs: &mut dyn Iterator<Item = &Compared<&str>>) -> Vec<(String, String)> {
-    pairs.map(|pair| (pair.methods[0].to_owned(), pair.methods[1].to_owned())).collect()
 }

@@ -204,8 +204,14 @@ pub fn growth(data: &Report) -> Option<String> {
     let growth = data.manifest.identity.sample.growth.as_ref()?;
     let (until, looks) = (&growth.until, standing.looks);
     let outcome = match (standing.is_enough, standing.look < looks) {
-        (true, true) => "this is reached, and the rest of the budget was not needed".to_owned(),
-        (true, false) => "it is".to_owned(),
+        (true, _) => standing.answer.as_ref().map_or_else(String::new, |answer| {
+            let rest = if standing.look < looks {
+                ", and the rest of the budget was not needed"
+            } else {
+                ""
+            };
+            format!("this is reached{rest}: {}", found(answer, until.question().1))
+        }),
         (false, true) => {
             "this is not reached yet; the command of the run continues with more point MDPs"
                 .to_owned()
@@ -226,6 +232,17 @@ pub fn growth(data: &Report) -> Option<String> {
         format::count(data.points.len(), "point MDP"),
         dropped(data)
     ))
+}
+
+/// Says which method is the best or near it, and which ones may be as good or better.
+pub fn found((method, others): &(String, Vec<String>), within: f64) -> String {
+    match &others[..] {
+        [] => format!("{method} is the best"),
+        others => {
+            let others = others.join(", ");
+            format!("{method} is within {within} of the best; {others} may be equal to it")
+        }
+    }
 }
 
 /// Says which methods a growing run no longer evaluates.

@@ -369,24 +369,6 @@ mod tests {
     }
 
     #[test]
-    fn what_would_change_records_is_another_run() {
-        let (there, _) = with_request(&names(&["tuner"]), 2, 1);
-        let (now, _) = with_request(&names(&["tuner", "other"]), 2, 1);
-        let mut now = now.identity;
-        now.methods = names(&["zero", "tuner", "other"]);
-        assert_eq!(obstacle(&there.identity, &now, Change::default()), None);
-        let with = |change: &dyn Fn(&mut Identity)| {
-            let mut changed = now.clone();
-            change(&mut changed);
-            obstacle(&there.identity, &changed, Change::default()).unwrap()
-        };
-        assert!(with(&|i| i.base_seed = 9).contains("--seed"));
-        assert!(with(&|i| i.evaluation_seeds.truncate(1)).contains("--eval-seeds"));
-        assert!(with(&|i| drop(i.methods.remove(1))).contains("--methods"));
-        assert!(with(&|i| i.tsc_family = "9.9.9".to_owned()).contains("tsc-family"));
-        assert!(with(&|i| i.points[0].content = "x".to_owned()).contains("point MDP"));
-    }
-    #[test]
     fn settings_of_training_may_change_while_no_method_learns() {
         let (mut there, _) = with_request(&names(&["tuner"]), 2, 1);
         there.identity.settings = json!({"training": {"episodes": 100}, "demand": 1});

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::batch::BatchError;
 use super::fault::{Cause, TrialError};
 use crate::family::FamilyError;
 use crate::sample::ChoiceError;
@@ -91,8 +90,8 @@ pub enum RunError {
         no_simulator: bool,
     },
     /// A batch system did not do what was asked.
-    #[error(transparent)]
-    Batch(#[from] BatchError),
+    #[error("{0}")]
+    Batch(String),
     /// A file could not be read or written.
     #[error(transparent)]
     Io(#[from] FileError),

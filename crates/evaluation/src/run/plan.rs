@@ -312,31 +312,12 @@ mod tests {
     }
 
     #[test]
-    fn a_manifest_says_its_domain_and_direction() {
-        let identity = serde_json::to_value(planned(&[]).0.identity).unwrap();
-        assert_eq!(
-            (&identity["domain"], &identity["direction"]),
-            (&"toy".into(), &"higher".into())
-        );
-    }
-
-    #[test]
     fn a_point_mdp_for_which_nothing_was_prepared_is_refused() {
         let (toy, pair) = (Toy { learner: Counting::of(1) }, Pair::new());
         let request = request(&toy, &pair, &[], 2, 1);
         let draft = draft(&request).unwrap();
         let e = complete(&request, &draft, Prepared::default(), nowhere()).unwrap_err();
         assert!(e.to_string().starts_with("point quiet is not listed"), "{e}");
-    }
-
-    #[test]
-    fn an_unknown_method_names_those_that_exist() {
-        let (toy, pair) = (Toy { learner: Counting::of(1) }, Pair::new());
-        let methods = names(&["learnr"]);
-        let e = draft(&request(&toy, &pair, &methods, 2, 1)).unwrap_err().to_string();
-        let expected = "unknown method \"learnr\"; known are zero, tuner, learner, other; did you \
-                        mean learner?";
-        assert_eq!(e, expected);
     }
 
     #[test]

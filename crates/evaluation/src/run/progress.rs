@@ -100,15 +100,4 @@ mod tests {
         let failure = Failure::of(&failed);
         assert_eq!((failure.fault, failure.reason.as_str()), (Fault::Task, "collision"));
     }
-
-    #[test]
-    fn lines_read_back() {
-        let failed = Failure { fault: Fault::Input, reason: "no such method".into() };
-        let progress = Progress { episodes: 1, objective: 9.5 };
-        let progress = WorkerLine::Progress(progress);
-        for line in [progress, WorkerLine::Alive(7), WorkerLine::Done, WorkerLine::Failed(failed)] {
-            let text = serde_json::to_string(&line).unwrap();
-            assert_eq!(serde_json::from_str::<WorkerLine>(&text).unwrap(), line, "{text}");
-        }
-    }
 }

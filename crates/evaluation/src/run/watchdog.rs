@@ -106,10 +106,4 @@ mod tests {
         let _dog = Watchdog::start(limit, |_| {}, move |_| say.send(()).unwrap()).unwrap();
         assert_eq!(said.recv_timeout(Duration::from_secs(20)), Ok(()));
     }
-
-    #[test]
-    fn the_reason_says_how_far_it_came_and_how_to_allow_more() {
-        let text = stalled(Duration::from_secs(600), 1234);
-        assert!(text.starts_with("nothing was simulated for 600 s, after 1234 steps"), "{text}");
-    }
 }

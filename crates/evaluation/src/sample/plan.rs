@@ -113,10 +113,20 @@ pub enum SampleError {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Until {
-    /// The intervals of the differences between these pairs of methods do not contain 0
-    Decided(Vec<(String, String)>),
     /// One of these methods is ahead of every other: the intervals of the differences do not contain 0
     FirstPlace(Vec<String>),
+    /// The loss of one of these methods against every other is at most this much, by the intervals of the differences
+    Within(f64, Vec<String>),
+}
+
+impl Until {
+    /// Returns the methods that it is about, and how far the answer may be from the best.
+    pub fn question(&self) -> (&[String], f64) {
+        match self {
+            Self::FirstPlace(methods) => (methods, 0.0),
+            Self::Within(within, methods) => (methods, *within),
+        }
+    }
 }
 
 /// The sample at one look.
@@ -141,14 +151,14 @@ pub struct Growth {
 
 impl fmt::Display for Until {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Decided(pairs) if pairs.len() == 1 => {
-                write!(f, "it is decided which of {} and {} is better", pairs[0].0, pairs[0].1)
+        let (methods, within) = self.question();
+        match methods {
+            _ if within > 0.0 => {
+                let methods = methods.len();
+                write!(f, "it is known which of {methods} methods is within {within} of the best")
             }
-            Self::Decided(pairs) => write!(f, "all {} pairs of methods are decided", pairs.len()),
-            Self::FirstPlace(methods) => {
-                write!(f, "it is decided which of {} methods is the best", methods.len())
-            }
+            [first, second] => write!(f, "it is decided which of {first} and {second} is better"),
+            _ => write!(f, "it is decided which of {} methods is the best", methods.len()),
         }
     }
 }

@@ -90,11 +90,6 @@ mod tests {
     }
 
     #[test]
-    fn points_without_importance_are_not_drawn() {
-        assert_eq!(without_replacement(&[1.0, 0.0], 2, 1), [(0, 1.0, 1)]);
-    }
-
-    #[test]
     fn probabilities_are_those_of_successive_draws() {
         let importance = [0.3, 0.2, 0.1, 0.1, 0.1, 0.05, 0.05, 0.04, 0.03, 0.03];
         let expected = inclusion(&importance, 4);

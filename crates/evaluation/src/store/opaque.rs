@@ -51,11 +51,4 @@ mod tests {
         assert_eq!(opaque, opaque.clone());
         assert!(Opaque::default().is_empty() && !opaque.is_empty());
     }
-
-    #[test]
-    fn data_comes_back() {
-        assert_eq!(Opaque::of(&[1, 2]).read::<Vec<u8>>().unwrap(), [1, 2]);
-        assert_eq!(Opaque::default().read::<Vec<u8>>().unwrap(), [0; 0]);
-        assert!(Opaque::of(&"x").read::<Vec<u8>>().is_err());
-    }
 }

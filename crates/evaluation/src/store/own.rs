@@ -83,44 +83,29 @@ impl OwnMethod {
 
     /// Returns what differs between the method that a run has and one of the same name, in words; `None` if nothing does.
     pub fn difference(&self, now: &Self) -> Option<String> {
-        let name = &self.name;
         if self == now {
             return None;
         }
-        if (self.kind, &self.source) != (now.kind, &now.source) {
+        let name = &self.name;
+        let what = |own: &Self| format!("{} ({})", own.source, own.kind.in_words());
+        if what(self) != what(now) {
             return Some(format!(
-                "controller {name} is {} ({}) there and {} ({}) now",
-                self.source,
-                self.kind.in_words(),
-                now.source,
-                now.kind.in_words()
+                "controller {name} is {} there and {} now",
+                what(self),
+                what(now)
             ));
         }
-        let files = self.sha256.keys().chain(now.sha256.keys());
-        let mut files = files.filter(|file| self.sha256.get(*file) != now.sha256.get(*file));
-        if let Some(file) = files.next() {
-            let how = match (self.sha256.get(file), now.sha256.get(file)) {
-                (Some(_), Some(_)) => "has changed",
-                (Some(_), None) => "belongs to it no more",
-                _ => "belongs to it now",
-            };
-            return Some(format!("controller {name}: {file} {how}"));
-        }
-        let of = |own: &Self, what: &str| {
-            own.versions.get(what).cloned().unwrap_or_else(|| "none".to_owned())
+        let differing = |a: &BTreeMap<String, String>, b: &BTreeMap<String, String>| {
+            a.keys().chain(b.keys()).find(|key| a.get(*key) != b.get(*key)).cloned()
         };
-        let versions = self.versions.keys().chain(now.versions.keys());
-        let mut versions = versions.filter(|what| of(self, what) != of(now, what));
-        Some(match versions.next() {
-            Some(what) => {
-                format!(
-                    "controller {name}: {what} is {} there and {} now",
-                    of(self, what),
-                    of(now, what)
-                )
-            }
-            None => format!("controller {name} says other things of itself"),
-        })
+        if let Some(file) = differing(&self.sha256, &now.sha256) {
+            return Some(format!("controller {name}: {file} has changed"));
+        }
+        let Some(what) = differing(&self.versions, &now.versions) else {
+            return Some(format!("controller {name} says other things of itself"));
+        };
+        let of = |own: &Self| own.versions.get(&what).cloned().unwrap_or("none".to_owned());
+        Some(format!("controller {name}: {what} is {} there and {} now", of(self), of(now)))
     }
 }
 
@@ -158,9 +143,9 @@ mod tests {
             ),
             (
                 &|m| drop(m.sha256.insert("net.py".into(), "cd".into())),
-                "controller mine: net.py belongs to it now",
+                "controller mine: net.py has changed",
             ),
-            (&|m| m.sha256.clear(), "controller mine: mine.py belongs to it no more"),
+            (&|m| m.sha256.clear(), "controller mine: mine.py has changed"),
             (
                 &|m| drop(m.versions.insert("python".into(), "3.12.1".into())),
                 "controller mine: python is 3.11.7 there and 3.12.1 now",

@@ -145,10 +145,4 @@ mod tests {
         tidy_up(&layout).unwrap();
         assert!(!folder.exists());
     }
-
-    #[test]
-    fn without_a_folder_there_is_nothing_to_tidy_up() {
-        let dir = tempfile::tempdir().unwrap();
-        tidy_up(&Layout::new(dir.path())).unwrap();
-    }
 }

@@ -5,7 +5,6 @@
 //! shared or shipped, and nothing else is, neither clock nor lock. What is done is what has a record, so that a job that
 //! runs twice, on a node that was believed dead and on the next one, changes nothing.
 
-mod error;
 pub mod pack;
 pub mod slurm;
 
@@ -15,12 +14,11 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
+use crate::run::error::RunError;
 use crate::run::executor::Launcher;
 use crate::store::Layout;
 use basics::files::{self, FileError, limits, make_folder_beneath, quoted, write_atomically};
 use pack::Pack;
-
-pub use error::BatchError;
 
 /// Times that a job which was stopped at a checkpoint is queued again by itself.
 pub const RESTARTS: u32 = 20;
@@ -138,23 +136,21 @@ pub fn begin(layout: &Layout, packs: &[Pack]) -> Result<usize, FileError> {
 }
 
 /// Returns the packs of a submission, each of them rows of the plan; `None` where there is none of this number.
-pub fn packs_of(layout: &Layout, number: usize) -> Result<Option<Vec<Vec<usize>>>, BatchError> {
+pub fn packs_of(layout: &Layout, number: usize) -> Result<Option<Vec<Vec<usize>>>, RunError> {
     let path = folder(layout.root(), number).join("packs.jsonl");
     let Some(text) = files::if_present(files::read_text(&path, limits::DOCUMENT))? else {
         return Ok(None);
     };
     let pack = |(line, text): (usize, &str)| {
-        serde_json::from_str(text).map_err(|e| BatchError::Line {
-            path: path.clone(),
-            line: line + 1,
-            reason: format!("{e}; submit anew"),
+        serde_json::from_str(text).map_err(|e| {
+            RunError::Refused(format!("{}: line {}: {e}; submit anew", path.display(), line + 1))
         })
     };
     text.lines().enumerate().map(pack).collect::<Result<_, _>>().map(Some)
 }
 
 /// Returns what tells whether a task was begun: it was handed over, or something of it is kept.
-pub fn begun(layout: &Layout) -> Result<impl Fn(usize) -> bool + use<'_>, BatchError> {
+pub fn begun(layout: &Layout) -> Result<impl Fn(usize) -> bool + use<'_>, RunError> {
     let mut handed = BTreeSet::new();
     for number in (0..MOST).take_while(|number| folder(layout.root(), *number).exists()) {
         handed.extend(packs_of(layout, number)?.into_iter().flatten().flatten());
@@ -166,15 +162,18 @@ pub fn begun(layout: &Layout) -> Result<impl Fn(usize) -> bool + use<'_>, BatchE
 ///
 /// # Errors
 ///
-/// [`BatchError`] when they cannot, or it is not there.
-pub fn absolute(path: &Path) -> Result<PathBuf, BatchError> {
+/// [`RunError`] when they cannot, or it is not there.
+pub fn absolute(path: &Path) -> Result<PathBuf, RunError> {
     let path = fs::canonicalize(path).map_err(FileError::at("find", path))?;
     let what = match path.to_str() {
         None => "bytes that are no text",
         Some(text) if text.chars().any(char::is_control) => "control characters",
         Some(_) => return Ok(path),
     };
-    Err(BatchError::Name { path, what })
+    Err(RunError::Refused(format!(
+        "{} has {what} in its name, which batch systems do not pass on; choose another name",
+        path.display()
+    )))
 }
 
 #[cfg(test)]

@@ -7,8 +7,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use super::{BatchError, RESTARTS, Submission};
+use super::{RESTARTS, Submission};
 use crate::run::STOPPED;
+use crate::run::error::RunError;
 use basics::files::{self, limits};
 use basics::hash::sha256;
 
@@ -51,8 +52,8 @@ pub fn name(results: &Path) -> String {
 ///
 /// # Errors
 ///
-/// [`BatchError`] when it does not take them.
-pub fn submit(submission: &Submission) -> Result<Vec<String>, BatchError> {
+/// [`RunError`] when it does not take them.
+pub fn submit(submission: &Submission) -> Result<Vec<String>, RunError> {
     submission.write_executable(&text(submission))?;
     let output = submission.output().join("%A_%a.txt");
     let mut ids: Vec<String> = Vec::new();
@@ -87,8 +88,8 @@ pub fn submit(submission: &Submission) -> Result<Vec<String>, BatchError> {
 ///
 /// # Errors
 ///
-/// [`BatchError`] when Slurm does not answer.
-pub fn in_queue(results: &Path) -> Result<usize, BatchError> {
+/// [`RunError`] when Slurm does not answer.
+pub fn in_queue(results: &Path) -> Result<usize, RunError> {
     let mut squeue = Command::new("squeue");
     squeue.args(["--me", "--noheader", "--array", "--format=%i", "--name", &name(results)]);
     Ok(said("squeue", &mut squeue)?.lines().count())
@@ -131,12 +132,13 @@ fn text(submission: &Submission) -> String {
 }
 
 /// Reads lines of the user's for jobs.
-pub fn lines(path: &Path) -> Result<Vec<String>, BatchError> {
+pub fn lines(path: &Path) -> Result<Vec<String>, RunError> {
     let text = files::read_text(path, limits::DOCUMENT)?;
     let mut lines = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
-        let refused =
-            |reason: String| BatchError::Line { path: path.to_path_buf(), line: number, reason };
+        let refused = |reason: String| {
+            RunError::Refused(format!("{}: line {number}: {reason}", path.display()))
+        };
         let line = line.trim();
         let Some(option) = line.strip_prefix("#SBATCH") else {
             if line.is_empty() || line.starts_with('#') {
@@ -178,14 +180,18 @@ fn ours(word: &str) -> Option<&'static str> {
 }
 
 /// Starts a command of Slurm's and returns what it says.
-fn said(name: &'static str, command: &mut Command) -> Result<String, BatchError> {
+fn said(name: &'static str, command: &mut Command) -> Result<String, RunError> {
     let output =
-        command.output().map_err(|reason| BatchError::Missing { command: name, reason })?;
+        command.output().map_err(|reason| {
+            RunError::Refused(format!(
+                "cannot start {name}: {reason}; this has to run where the batch system takes jobs, such as a login node"
+            ))
+        })?;
     if output.status.success() {
         return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
     }
     let said = String::from_utf8_lossy(&output.stderr).trim().replace('\n', "; ");
-    Err(BatchError::Refused { command: name, said })
+    Err(RunError::Batch(format!("{name} failed: {said}")))
 }
 
 #[cfg(test)]
@@ -229,7 +235,7 @@ mod tests {
             ("#SBATCH partition=long", 1),
         ] {
             let e = read(text).unwrap_err();
-            assert!(matches!(e, BatchError::Line { line, .. } if line == number), "{text}: {e}");
+            assert!(e.to_string().contains(&format!("line {number}: ")), "{text}: {e}");
         }
     }
 }
