@@ -50,7 +50,6 @@ pub fn mean_of_sorted(sorted: &[(f64, f64)]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stats::score::mean;
     use proptest::prelude::*;
 
     fn of(values: &[f64]) -> f64 {

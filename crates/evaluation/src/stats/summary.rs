@@ -93,7 +93,6 @@ pub fn scores(points: &[PointMeans]) -> impl Iterator<Item = (f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stats::quantile::median;
     use proptest::prelude::*;
 
     fn point(weight: f64, method: f64, baseline: f64) -> PointMeans {
