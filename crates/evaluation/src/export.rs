@@ -73,11 +73,13 @@ struct Line<'a> {
     weight: Option<f64>,
 }
 
+type Of<'a, T> = Box<dyn Fn(&Line<'a>) -> Option<T> + 'a>;
+
 /// What stands in the cells of a column.
 enum Cells<'a> {
-    Whole(Box<dyn Fn(&Line<'a>) -> Option<u64> + 'a>),
-    Number(Box<dyn Fn(&Line<'a>) -> Option<f64> + 'a>),
-    Text(Box<dyn Fn(&Line<'a>) -> Option<&'a str> + 'a>),
+    Whole(Of<'a, u64>),
+    Number(Of<'a, f64>),
+    Text(Of<'a, &'a str>),
 }
 
 /// Writes all records of a results directory to a file, which is either as before or complete.

@@ -7,11 +7,6 @@ pub(crate) fn city() -> MdpFamily {
     grid("city", 164, 0.97)
 }
 
-/// Returns a family of two point MDPs.
-pub(crate) fn pair() -> MdpFamily {
-    grid("pair", 2, 0.5)
-}
-
 /// Returns `size` point MDPs, each as important as the one before times `decay`.
 fn grid(name: &str, size: usize, decay: f64) -> MdpFamily {
     let features =

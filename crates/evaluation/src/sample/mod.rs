@@ -143,7 +143,7 @@ pub fn stands(family: &MdpFamily, plan: &SamplePlan) -> Vec<Option<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::family::testing::{city, pair};
+    use crate::family::testing::city;
     use proptest::prelude::*;
 
     const CHOICES: [Sampling; 5] = [
