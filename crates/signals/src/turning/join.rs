@@ -5,7 +5,7 @@
 //! - Left, through and right are the turns that the bearings of the arms make. A turn that was counted exists, also where
 //!   `movements` lacks it. Turns without an exit of their name go to the exits that nobody was counted for, from left to
 //!   right, where these are as many. Where a street bends, the three turns of an approach lead to its three exits in their
-//!   order if the names of directions say the same; see [`exits`](super::exits).
+//!   order if the names of directions say the same; see [`Directions`].
 //! - Pedestrians of `NB` cross the arm that northbound vehicles come from. Those of no direction are divided equally among the
 //!   arms that lead to the signal. More than a table may have are cut.
 //! - U-turns count as the turns across opposing traffic: to the left, or in left-hand traffic to the right. Deviation:
@@ -22,13 +22,12 @@ use osm_signals::turn::exits_on;
 use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
-use super::exits::{Directions, by_turn};
 use super::hour::{Hour, Interval, Unfit, busiest};
 use super::layout::DAY_MIN;
 use super::matching::matched_arms;
 use super::{CountedIntersection, FEW, Period, Towards, TurningCounts};
 use crate::family::approaches::{
-    Approach, Arrivals, Counted, Intersection, MOST_PEDESTRIANS_PER_H,
+    Approach, Arrivals, Counted, Intersection, MOST_EXITS, MOST_PEDESTRIANS_PER_H,
 };
 use crate::family::doubts::{Doubt, Said};
 use crate::vocabulary::Heading;
@@ -581,5 +580,85 @@ impl Joining {
                 );
             }
         }
+    }
+}
+
+/// Eighths of a circle from a direction to that of the vehicles which come from the arms on its left, ahead and on its right.
+const FACING: [usize; 3] = [2, 4, 6];
+
+/// Eighths of a circle from which a street has another direction.
+const OTHER: usize = 2;
+
+/// Directions of travel and the arms that they come from. Bearings make at most one exit the way straight on, and none that is
+/// 45 degrees off; names know more: northbound vehicles that go straight on leave by the arm that southbound ones come from.
+struct Directions<'a> {
+    /// The directions.
+    headings: &'a [Heading],
+    /// Per direction its arm, if there is one.
+    arms: &'a [Option<usize>],
+}
+
+impl Directions<'_> {
+    /// Whether the three exits of an approach are left, ahead and right by the names of directions, and not by bearings.
+    fn name_exits(&self, heading: Heading, exits: &[(usize, Turn)]) -> bool {
+        let by_name = FACING.map(|eighths| self.arm_of(heading.clockwise(eighths)));
+        exits.len() == TURNS.len()
+            && exits.iter().zip(TURNS).any(|((_, turn), named)| *turn != named)
+            && exits.iter().zip(by_name).all(|((arm, _), named)| Some(*arm) == named)
+    }
+
+    /// Returns the direction of the vehicles that come from where those of another one go straight on, if it is not that of
+    /// the opposite street.
+    fn ahead(&self, heading: Heading, exits: &[(usize, Turn)]) -> Option<Heading> {
+        let (ahead, _) = exits.iter().find(|(_, turn)| *turn == Turn::Through)?;
+        let mut known = self.headings.iter().zip(self.arms);
+        let (found, _) = known.find(|(_, arm)| **arm == Some(*ahead))?;
+        let [_, straight, _] = FACING;
+        let off = (*found as usize).abs_diff(heading.clockwise(straight) as usize);
+        (off.min(Heading::ALL.len() - off) >= OTHER).then_some(*found)
+    }
+
+    fn arm_of(&self, heading: Heading) -> Option<usize> {
+        let place = self.headings.iter().position(|other| *other == heading)?;
+        self.arms.get(place).copied().flatten()
+    }
+}
+
+/// Returns vehicles to exits as the turns that bearings make of these, and as exits of a table.
+fn by_turn(volumes: [f64; 3], exits: &[(usize, Turn)]) -> ([f64; 3], [f64; MOST_EXITS]) {
+    let (mut turns, mut exits_vph) = ([0.0; 3], [0.0; MOST_EXITS]);
+    for (((_, turn), vph), exit) in exits.iter().zip(volumes).zip(&mut exits_vph) {
+        turns[*turn as usize] += vph;
+        *exit = vph;
+    }
+    (turns, exits_vph)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Heading::{East, North, South, SouthWest, West};
+    use Turn::{Left, Right, Through};
+
+    #[test]
+    fn a_bent_street_goes_on_by_the_names_of_directions() {
+        // Arms in the north-east, south-east, south and west.
+        let headings = [North, South, East, West];
+        let directions =
+            Directions { headings: &headings, arms: &[Some(2), Some(0), Some(3), Some(1)] };
+        let northbound = [(3, Left), (0, Right), (1, Right)];
+        assert!(directions.name_exits(North, &northbound));
+        assert_eq!(
+            by_turn([100.0, 400.0, 50.0], &northbound),
+            ([100.0, 0.0, 450.0], [100.0, 400.0, 50.0, 0.0, 0.0])
+        );
+        let southbound = [(1, Left), (2, Left), (3, Through)];
+        assert!(directions.name_exits(South, &southbound));
+        assert_eq!(directions.ahead(South, &southbound), Some(East));
+        // Bearings that agree, and exits in another order.
+        assert!(!directions.name_exits(North, &[(3, Left), (0, Through), (1, Right)]));
+        assert!(!directions.name_exits(North, &[(0, Left), (3, Right), (1, Right)]));
+        let skew = Directions { headings: &[North, SouthWest], arms: &[Some(1), Some(0)] };
+        assert_eq!(skew.ahead(North, &[(0, Through)]), None);
     }
 }

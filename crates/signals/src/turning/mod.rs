@@ -5,7 +5,6 @@
 //! that fits no layout is refused. [`TurningCounts::into_approaches`] gives the counted vehicles to the arms of a table of
 //! approaches.
 
-mod exits;
 pub mod hour;
 mod join;
 mod layout;
