@@ -3,8 +3,8 @@
 use super::dot::{Dot, draw};
 use crate::intersections::Basis;
 use crate::level_of_service::{LEVELS, range};
+use evaluation::report::WIDTH;
 use evaluation::report::svg::{Anchor, Canvas, TextStyle, text_width};
-use evaluation::report::{WIDTH, palette};
 
 /// Radius of the dots of the legend, pixels.
 const RADIUS_PX: f64 = 7.0;
@@ -15,12 +15,11 @@ const LEFT_PX: f64 = 12.0;
 /// Draws the classes in a first row, and in a second one what else is on the map.
 pub(super) fn draw_legend(canvas: &mut Canvas, dots: &[Dot]) {
     let style = TextStyle::new(Anchor::Start);
-    let classes = palette::ORDERED.len();
-    let slot = (WIDTH - 2.0 * LEFT_PX) / classes as f64;
-    for class in 0..classes {
+    let slot = (WIDTH - 2.0 * LEFT_PX) / LEVELS.len() as f64;
+    for (class, letter) in LEVELS.into_iter().enumerate() {
         let x = LEFT_PX + slot * class as f64;
         let at = (x + RADIUS_PX, 16.0);
-        draw(canvas, at, RADIUS_PX, (Some(class), Basis::PointMdp), Some(LEVELS[class]));
+        draw(canvas, at, RADIUS_PX, (Some(class), Basis::PointMdp), Some(letter));
         canvas.text(x + 19.0, 20.5, &range(class), style);
     }
     let has = |basis: Basis, result: bool| {

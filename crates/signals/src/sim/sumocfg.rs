@@ -167,7 +167,7 @@ impl SumoConfig {
             let shown = path.display().to_string();
             // A variable in a manifest would be of somebody's environment.
             if shown.contains(',') || name.contains("${") {
-                return Err(format!("{shown}: SUMO reads something else in it; rename it"));
+                return Err(format!("{shown}: SUMO reads a comma or a variable in it; rename it"));
             }
             self.files.push((name, path));
             paths.push(shown);

@@ -58,7 +58,7 @@ fn an_option_that_is_not_known_to_be_safe_is_in_the_way_and_not_passed_on() {
         ("<r v='a'/><routes v='b'/>", "option <routes>: it is given twice; give it once"),
         (
             "<r v='${HOME}/a'/>",
-            "option <r>: city/${HOME}/a: SUMO reads something else in it; rename it",
+            "option <r>: city/${HOME}/a: SUMO reads a comma or a variable in it; rename it",
         ),
         ("<r v='a%zz'/>", "option <r>: \"a%zz\" has a percent sign; rename it"),
         ("<step-length v='x'/>", "option <step-length>: \"x\" is not a time"),
