@@ -17,9 +17,7 @@ use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::Manifest;
 use crate::traffic::domain::Traffic;
-use crate::traffic::method_arguments::{
-    add, add_external, add_model, add_named, add_plan, learner_of,
-};
+use crate::traffic::method_arguments::{add, add_model, add_named, add_plan, learner_of};
 use crate::traffic::model::SignalModel;
 use crate::traffic::own::Host;
 
@@ -42,9 +40,6 @@ pub struct ControllersArgs {
     /// FILE.py:CLASS?name=value&name=value (repeatable). Only the command of the Python package takes classes
     #[arg(long = "controller", value_name = "NAME=exec:COMMAND|NAME=FILE.py:CLASS")]
     pub controllers: Vec<String>,
-    /// Scores measured elsewhere: a table with the columns point, delay_s, and seed or episode (repeatable)
-    #[arg(long = "controller-results", value_name = "NAME=FILE")]
-    pub results: Vec<String>,
     /// Plans of signals as a method of this name, such as a plan that is proposed: a table with a row per phase, or UTDF
     /// (repeatable)
     #[arg(long = "plan-file", value_name = "NAME=FILE")]
@@ -73,7 +68,6 @@ impl ControllersArgs {
     fn given(&self) -> impl Iterator<Item = (&'static str, &String)> {
         let options = [
             ("--controller", &self.controllers),
-            ("--controller-results", &self.results),
             ("--plan-file", &self.plans),
             ("--model", &self.models),
         ];
@@ -140,9 +134,6 @@ impl ControllersArgs {
         let answer = Duration::from_secs(self.answer_timeout);
         for given in &self.controllers {
             traffic = add(traffic, given, host, answer)?;
-        }
-        for given in &self.results {
-            traffic = add_external(traffic, given)?;
         }
         for given in &self.plans {
             traffic = add_plan(traffic, given)?;

@@ -79,64 +79,6 @@ fn a_command_that_misbehaves_is_a_failed_record_and_the_run_goes_on() {
 }
 
 #[test]
-fn scores_from_elsewhere_rank_beside_the_others_and_are_marked() {
-    let all = "point,episode,delay_s\nquiet,0,12.5\nquiet,1,12.5\nbusy,0,12.5\nbusy,1,12.5\n";
-    let folder = Folder::with(&[("s.csv", all)]);
-    let command =
-        format!("run smoke --methods max-pressure {SHORT} --controller-results theirs=s.csv --out");
-    let said = folder.run(&format!("{command} a"));
-    assert_eq!(said.matches("theirs (external)").count(), 2, "in both tables: {said}");
-    assert_eq!(folder.record("a", 2)[1]["metrics"]["delay_s"], 12.5);
-    folder.shows(
-        "a/report/index.html",
-        &["measured elsewhere", "<th scope=\"row\">theirs (external)</th>"],
-    );
-    folder.write("s.csv", &all.replace("12.5", "13.5"));
-    folder.says(5, &format!("{command} a"));
-    folder.write("s.csv", all.split("busy").next().unwrap());
-    folder.says(3, &format!("{command} b"));
-    let failed = folder.record("b", 5).remove(0);
-    assert!(failed["reason"].to_string().contains("no row of busy with episode 0"), "{failed}");
-}
-
-#[test]
-fn scores_from_elsewhere_are_paired_only_where_their_vehicles_are_those_of_the_run() {
-    let folder = Folder::new();
-    folder.run(&format!("run smoke --methods max-pressure {SHORT} --out a"));
-    let mut table = String::new();
-    for task in [0, 2] {
-        let record = folder.record("a", task);
-        let point = record[0]["point"].as_str().unwrap();
-        for seed in record[1..].iter().map(|row| &row["seed"]) {
-            let routes =
-                format!("routes --point {point} smoke --seed {seed} --set demand.horizon_s=120");
-            let said = folder.says(0, &format!("{routes} --out r.rou.xml"));
-            let sha256 = said.trim_end().rsplit(' ').next().unwrap();
-            table += &format!("{point},{seed},0.5,{sha256}\n");
-        }
-    }
-    let evaluate = |header: &str, table: &str, code| {
-        folder.write("s.csv", &format!("point,seed,delay_s{header}\n{table}"));
-        let _ = std::fs::remove_dir_all(folder.join("b"));
-        folder.says(
-            code,
-            &format!(
-                "run smoke --methods max-pressure {SHORT} --controller-results theirs=s.csv --out b"
-            ),
-        )
-    };
-    assert!(!evaluate(",vehicles", &table, 0).contains("unpaired"));
-    let without = table.lines().map(|line| format!("{}\n", line.rsplit_once(',').unwrap().0));
-    let said = evaluate("", &without.collect::<String>(), 0);
-    assert!(said.contains("nothing shows that it was on the same vehicles: theirs"), "{said}");
-    // A digit of the last one is another.
-    let last = table.trim_end().len() - 1;
-    let digit = if table.as_bytes()[last] == b'0' { "1" } else { "0" };
-    let altered = format!("{}{digit}\n", &table[..last]);
-    assert!(evaluate(",vehicles", &altered, 3).contains("have the sha256"));
-}
-
-#[test]
 fn what_cannot_be_a_controller_is_refused_before_anything_runs() {
     let folder = Folder::with(&[("mine.sh", "")]);
     folder.refuses(&[

@@ -12,7 +12,6 @@ use minijinja::{Value, context};
 use super::plans::TaskPlan;
 use super::shown::{Seen, finished};
 use evaluation::report::csv::{self, number};
-use evaluation::report::figures::shown as named;
 use evaluation::report::svg::{Anchor, Axes, Canvas, TextStyle, nice_step};
 use evaluation::report::{Figure, WIDTH};
 use evaluation::stats::mean_interval;
@@ -161,7 +160,7 @@ pub(crate) fn values(seen: Seen<'_>, diagram: Option<&str>) -> Option<Value> {
             signals => signals(street),
             count => street.stops.len(),
             length => format!("{:.0}", length_m(street)),
-            method => named(data, &identity.methods[task.method]) + training.as_str(),
+            method => identity.methods[task.method].clone() + training.as_str(),
             vehicles => format!("{:.0}", vehicles(street)),
             cells => QUANTITIES.iter().zip([1, 1, 2]).map(cell).collect::<Vec<_>>(),
         }

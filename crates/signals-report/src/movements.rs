@@ -17,7 +17,6 @@ use super::shown::{Seen, finished};
 use basics::units::FOOT_M;
 use evaluation::analysis::Analysis;
 use evaluation::report::csv::{self, number};
-use evaluation::report::figures::shown as named;
 use evaluation::report::format;
 use evaluation::store::manifest::Task;
 use evaluation::store::record::Summary;
@@ -189,7 +188,7 @@ pub(crate) fn point(seen: Seen<'_>, point: usize, page: Option<&str>) -> Option<
         })
         .collect();
     let called = |method: &usize| {
-        let name = named(data, &identity.methods[*method]);
+        let name = identity.methods[*method].clone();
         match shown.training(data, point, *method) {
             Some((task, count)) if count > 1 => {
                 format!("{name}, training {} of {count}, the best", task.replicate + 1)

@@ -22,7 +22,6 @@ use super::shown::Seen;
 use super::sketch::sketch;
 use basics::files::{FileError, write_atomically};
 use evaluation::analysis::Analysis;
-use evaluation::report::figures::shown as named;
 use evaluation::report::page::render;
 use evaluation::report::{ReportError, format};
 use evaluation::stats::mean_interval;
@@ -214,7 +213,7 @@ fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
     let year = yearly(seen, c, method);
     Some(context! {
         role,
-        method => named(data, &identity.methods[method]),
+        method => identity.methods[method].clone(),
         delay,
         level => letter(result.objective).to_string(),
         change => change(data, c, method).map(|change| with_width(change, true)),
@@ -229,7 +228,7 @@ fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
 fn plan(seen: Seen<'_>, told: &Told) -> Value {
     let identity = &seen.data.manifest.identity;
     context! {
-        method => named(seen.data, &identity.methods[told.method]),
+        method => identity.methods[told.method].clone(),
         of => of_plan(&told.plan),
         phases => phases(&told.plan),
         rings => rings(&told.plan),

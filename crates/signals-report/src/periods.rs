@@ -11,7 +11,6 @@ use super::level_of_service::letter;
 use super::shown::Seen;
 use evaluation::analysis::Analysis;
 use evaluation::report::csv;
-use evaluation::report::figures::shown as named;
 
 /// Name of the table in the report's folder.
 pub(crate) const TABLE: &str = "periods.csv";
@@ -122,7 +121,7 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
                 hours => year((p, sum)).map(|h| format!("{h:.0}")),
             }
         });
-        let label = named(data, &method.method);
+        let label = method.method.clone();
         context! { label, cells => cells.collect::<Vec<_>>(), total => total.map(|h| format!("{h:.0}")) }
     };
     let rows: Vec<Value> = data.methods.iter().filter(|m| m.points > 0).map(row).collect();

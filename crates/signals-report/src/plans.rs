@@ -16,7 +16,6 @@ pub(super) mod told;
 use minijinja::{Value, context};
 
 use crate::shown::{Seen, finished};
-use evaluation::report::figures::shown as named;
 use evaluation::report::format;
 use evaluation::stats::Direction;
 use evaluation::store::manifest::Task;
@@ -99,7 +98,7 @@ pub(super) fn values(seen: Seen<'_>) -> Option<Value> {
             let weight: f64 = wins().map(|p| data.points[p].weight).sum();
             (!plans.is_empty()).then(|| {
                 context! {
-                    name => named(data, method),
+                    name => method.clone(),
                     wins => wins().count(),
                     share => format::percent(weight),
                     behaviour => behaviour(&plans),

@@ -17,7 +17,6 @@ use super::environment::InputFiles;
 use super::environment::{environment, folder_of, planned_demand, planned_world};
 use super::model::{BUILT_ON, SignalModel};
 use super::network_files::GENERATED;
-use super::own::external::VehiclesOf;
 use super::own::{Create, Own, Play};
 use super::settings::Scenario;
 use super::settings::failure;
@@ -27,7 +26,7 @@ use super::sim::libsumo::SumoSim;
 use super::sim::net_file::signals_in;
 use super::trial::{DELAY, SignalTrial, VEHICLES};
 use basics::files::FileError;
-use basics::hash::{sha256, sha256_file};
+use basics::hash::sha256_file;
 use evaluation::run::RunError;
 use evaluation::run::domain::{Domain, EffortOf, Objective, Site, Spoilt, Trial};
 use evaluation::run::fault::TrialError;
@@ -146,19 +145,6 @@ impl Traffic {
     }
 }
 
-/// Returns what tells the vehicles of an episode on a point MDP by their sha256.
-fn vehicles_of(point: &PointRow, prepared: &Path) -> Result<VehiclesOf, TrialError> {
-    if point.environment != GENERATED {
-        let reason = format!(
-            "the vehicles of {} are in its own files, so the table cannot say them; leave its column vehicles out",
-            point.point
-        );
-        return Err(TrialError::Input(reason.into()));
-    }
-    let demand = planned_demand(point, prepared)?;
-    Ok(Box::new(move |seed| sha256(demand.routes(seed).1.as_bytes())))
-}
-
 impl Domain for Traffic {
     fn name(&self) -> &'static str {
         Self::NAME
@@ -198,10 +184,6 @@ impl Domain for Traffic {
         method: &str,
         seed: u64,
     ) -> Result<Box<dyn Trial>, TrialError> {
-        if let Some(Own { play: Play::External(scores), .. }) = self.own_of(method) {
-            let vehicles = scores.has_vehicles().then(|| vehicles_of(site.point, site.prepared));
-            return Ok(Box::new(scores.trial(&site.point.point, vehicles.transpose()?)));
-        }
         let scenario = scenario_of(site.settings).map_err(|e| TrialError::Input(e.into()))?;
         let own = method == program::METHOD.name;
         let world = planned_world(site.point, site.prepared, own, method)?;

@@ -5,12 +5,10 @@ use std::collections::BTreeMap;
 use std::env;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Duration;
 
 use super::model::SignalModel;
 use super::own::exec::Exec;
-use super::own::external::Scores;
 use super::own::{Host, Own, Play};
 use crate::control::Controller;
 use crate::control::registry::METHODS;
@@ -141,24 +139,6 @@ fn built_in_learner(name: &str) -> Result<&'static Method, String> {
         let known: Vec<&str> = learners().map(|m| m.name).collect();
         format!("{name:?} is no learner of this library; method can be {}", known.join(", "))
     })
-}
-
-/// Adds scores that were measured elsewhere.
-///
-/// # Arguments
-///
-/// * `given` — `NAME=FILE`.
-pub fn add_external(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
-    let (name, source) = named(given, "write NAME=SCORES.csv")?;
-    let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
-    check_name(&traffic, &name).map_err(wrong)?;
-    let path = std::path::absolute(source).map_err(FileError::at("find", source.as_ref()))?;
-    let scores = Scores::read(&path).map_err(wrong)?;
-    let file = label(source);
-    let about = OwnMethod::new(&name, OwnKind::External, file.clone());
-    let method = Method::new(name.leak(), OwnKind::External.in_words(), Training::None);
-    let play = Play::External(Arc::new(scores));
-    Ok(traffic.with_own(method, Own { about, files: BTreeMap::from([(file, path)]), play }))
 }
 
 /// Adds a plan of signals as a method.

@@ -19,8 +19,7 @@ use super::winners::{Winner, winners};
 use crate::sample::Design;
 use crate::stats::{Direction, Limit};
 use crate::store::manifest::Manifest;
-use crate::store::own::{OwnKind, SAME_VEHICLES};
-use crate::store::record::{Outcome, Record};
+use crate::store::record::Outcome;
 use crate::store::results::Results;
 
 /// All that records say: one summary per method, one row per task, episode and point MDP.
@@ -52,9 +51,6 @@ pub struct Analysis {
     pub trained: BTreeSet<String>,
     /// Those of them that learn.
     pub learned: BTreeSet<String>,
-    /// Methods that were measured elsewhere, on vehicles (or whatever else episodes are made of) of which nothing shows that
-    /// they are those of the run.
-    pub unpaired: BTreeSet<String>,
     /// The best method of every point MDP, in the order of [`Self::points`].
     pub winners: Vec<Option<Winner>>,
     /// What a failure is; `None` where the task does not say and nobody did.
@@ -62,21 +58,6 @@ pub struct Analysis {
     positions: HashMap<String, usize>,
     /// What is known of the whole family; `None` where the run keeps no list of it.
     pub design: Option<Design>,
-}
-
-fn unpaired(results: &Results) -> BTreeSet<String> {
-    let own = results.manifest.identity.controllers.iter();
-    let elsewhere = own.filter(|own| own.kind == OwnKind::External).map(|own| &own.name);
-    let compared = |record: &Record| {
-        record.summary.details.get("vehicles").is_some_and(|said| said == SAME_VEHICLES)
-    };
-    let is_open = |name: &&String| {
-        let mut of_method = results.done().filter(|(task, record)| {
-            *task.method == **name && record.summary.outcome == Outcome::Ok
-        });
-        of_method.any(|(_, record)| !compared(record))
-    };
-    elsewhere.filter(is_open).cloned().collect()
 }
 
 impl Analysis {
@@ -137,7 +118,6 @@ impl Analysis {
             common,
             trainings,
             trained: trained(results),
-            unpaired: unpaired(results),
             learned,
             failure: None,
             reference,

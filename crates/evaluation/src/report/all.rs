@@ -4,7 +4,6 @@
 use minijinja::{Value, context};
 
 use super::error::ReportError;
-use super::figures::shown;
 use super::first::FEW_SEEDS;
 use super::page::render;
 use super::sections::{About, Spot};
@@ -60,7 +59,7 @@ fn values(data: &Report) -> Value {
         probable,
         failure,
         cells => data.sections.point_columns(data).join(", ").to_lowercase(),
-        methods => data.manifest.identity.methods.iter().map(|m| shown(data, m)).collect::<Vec<_>>(),
+        methods => &data.manifest.identity.methods,
         features => columns.iter().map(heading).collect::<Vec<_>>(),
         count => spots.len(),
         rows => spots.iter().enumerate().map(|(i, s)| row(data, i, s)).collect::<Vec<_>>(),
@@ -121,7 +120,7 @@ fn row(data: &Report, number: usize, spot: &Spot) -> Value {
         dot => spot.dot.map(|dot| format!("dot-{dot}")),
         name => spot.name.as_str(),
         detail => detail(spot, winner),
-        best => winner.map_or_else(dash, |w| shown(data, &methods[w.best])),
+        best => winner.map_or_else(dash, |w| methods[w.best].clone()),
         probability => probability(winner.filter(|_| spot.withheld.is_none())),
         decided => decided(winner),
         fails => match point.zip(winner).and_then(|(p, w)| data.fails(p, w.best)) {

@@ -6,7 +6,6 @@ use super::whole::Report;
 use super::{format, palette};
 use crate::analysis::{Analysis, MethodSummary};
 use crate::stats::Histogram;
-use crate::store::own::OwnKind;
 
 /// Largest score on the axis of the overall performance; more is drawn as an arrow at the edge.
 pub(super) const OVERALL_LIMIT: f64 = 2.5;
@@ -77,17 +76,8 @@ fn axis_of(data: &Report, methods: &[&MethodSummary]) -> (f64, f64) {
 /// Returns the name of a method, with the number of its point MDPs where it lacks some.
 pub fn label(data: &Analysis, m: &MethodSummary) -> String {
     match m.points < data.points.len() {
-        true => format!("{} ({}/{})", shown(data, &m.method), m.points, data.points.len()),
-        false => shown(data, &m.method),
-    }
-}
-
-/// Returns the name of a method, with a mark where its scores were measured elsewhere.
-pub fn shown(data: &Analysis, method: &str) -> String {
-    let own = data.manifest.identity.controller(method);
-    match own.is_some_and(|own| own.kind == OwnKind::External) {
-        true => format!("{method} (external)"),
-        false => method.to_owned(),
+        true => format!("{} ({}/{})", m.method, m.points, data.points.len()),
+        false => m.method.clone(),
     }
 }
 

@@ -121,13 +121,9 @@ pub(super) fn lead(data: &Report) -> Option<String> {
     let met = &data.words.met;
     let (difference, interval) = format::lead(pair.ahead.value, Some(interval));
     Some(format!(
-        "The runner-up {} is {difference} behind in score (95% interval {}, {}).",
+        "The runner-up {} is {difference} behind in score (95% interval {}, both on the same {met}).",
         two[1],
         interval.unwrap_or_default(),
-        match two.iter().any(|name| data.unpaired.contains(*name)) {
-            false => format!("both on the same {met}"),
-            true => format!("unpaired: nothing shows that both met the same {met}"),
-        },
     ))
 }
 

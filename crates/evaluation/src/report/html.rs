@@ -8,7 +8,7 @@ use super::curves::{FEW_TRAININGS, common_points};
 use super::divisor::baseline_in_full;
 use super::error::ReportError;
 use super::figure::Figure;
-use super::figures::{label, shown};
+use super::figures::label;
 use super::first::{answers, headline, lead};
 use super::methods::ranking;
 use super::page::render;
@@ -170,7 +170,6 @@ fn method(data: &Report, m: &MethodSummary, metrics: &[Metric]) -> Value {
     let worst = m.worst.as_ref().filter(|_| !m.is_reference);
     context! {
         name => m.method.as_str(),
-        shown => shown(data, &m.method),
         label => label(data, m),
         is_reference => m.is_reference,
         rank => m.rank.map_or_else(dash, |r| r.to_string()),
@@ -262,7 +261,7 @@ fn training(data: &Report) -> Option<Value> {
 
 fn failure(data: &Report, row: &TaskScore) -> Value {
     context! {
-        method => shown(data, &data.manifest.identity.methods[row.method]),
+        method => &data.manifest.identity.methods[row.method],
         point => data.called(&data.points[row.point].row.point),
         replicate => row.replicate,
         reason => row.reason.as_deref().unwrap_or("no reason was recorded"),

@@ -2,7 +2,6 @@
 
 use serde_json::{Map, Value};
 
-use super::figures::shown;
 use super::sections;
 use super::table::{Cell, Columns, Table};
 use super::whole::Report;
@@ -22,7 +21,7 @@ pub(super) fn ranking(data: &Report, methods: &[MethodSummary], points: usize) -
         .text("method", "", |m: &&MethodSummary| m.method.clone())
         .text("", "method", |m| match m.is_reference {
             true => data.reference.marked(),
-            false => shown(data, &m.method),
+            false => m.method.clone(),
         })
         .file("rank", rank)
         .column("overall", "score", |m| {

@@ -1,6 +1,5 @@
 //! The mix: its row in the ranking, what it consists of, and which point MDP gets which method.
 
-use super::figures::shown;
 use super::format;
 use super::table::{Cell, Columns, Table};
 use super::whole::Report;
@@ -80,7 +79,7 @@ pub(super) fn section(data: &Report, mix: &Mix) -> String {
     let rows = mix.methods.iter().zip(&mix.shares);
     let is_best = |m: usize| move |p: &&MixPoint| p.method == m;
     let columns = Columns::new()
-        .text("", "Method", |(m, _): &(&usize, &f64)| shown(data, &data.methods[**m].method))
+        .text("", "Method", |(m, _): &(&usize, &f64)| data.methods[**m].method.clone())
         .shown("Share of the mix", |(_, share)| Cell::number(**share, format::percent))
         .shown("Point MDPs", |(m, _)| Cell::count(mix.points.iter().filter(is_best(**m)).count()));
     let smaller: Vec<String> = (mix.smaller.iter())

@@ -1,6 +1,5 @@
 //! The second table for terminals, summaries beside the score, and sentences on where they disagree.
 
-use super::figures::shown;
 use super::format;
 use super::table::{Cell, Columns, Table};
 use super::whole::Report;
@@ -14,8 +13,7 @@ const EQUAL: f64 = 0.005;
 pub(super) fn table(data: &Report) -> Table {
     let value = |e: Option<Estimated>| Cell::number(e.map(|e| e.value), format::score);
     let absolute = data.reference.is_none();
-    let mut columns =
-        Columns::new().text("", "method", |m: &&MethodSummary| shown(data, &m.method));
+    let mut columns = Columns::new().text("", "method", |m: &&MethodSummary| m.method.clone());
     if !absolute {
         columns = columns.shown("ratio", move |m| value(m.summaries.ratio_of_means));
     }

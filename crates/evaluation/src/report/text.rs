@@ -1,7 +1,6 @@
 //! The ranking as a table for terminals: plain text, no colours.
 
 use super::divisor::baseline_in_full;
-use super::figures::shown;
 use super::methods::ranking;
 use super::table::{Cell, Columns, Table};
 use super::whole::Report;
@@ -50,7 +49,7 @@ pub(super) fn trainings(data: &Report) -> Table {
     let score = |v: Option<f64>| Cell::number(v, format::score);
     let [_, [best, last]] = data.sections.training_columns();
     let columns = Columns::new()
-        .text("", "learner", |l: &LearnerSummary<'_>| shown(data, &l.method.method))
+        .text("", "learner", |l: &LearnerSummary<'_>| l.method.method.clone())
         .shown("trainings", |l| Cell::text(format!("{}/{}", l.scored, l.planned)))
         .shown("failed", |l| Cell::count(l.failed))
         .shown(format!("{}s", data.words.row), |l| Cell::text(l.episodes.to_string()))
@@ -162,14 +161,6 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
              the family have no result."
                 .to_owned(),
         );
-    }
-    if !data.unpaired.is_empty() {
-        notes.push(format!(
-            "Measured elsewhere, and nothing shows that it was on the same {}: {}. Comparisons with it are unpaired; a column \
-             `vehicles` with the sha256 that `tsc-family routes` says makes them paired.",
-            data.words.met,
-            data.unpaired.iter().cloned().collect::<Vec<_>>().join(", ")
-        ));
     }
     notes.extend(assisted_otherwise(data));
     notes.extend(luck(data));

@@ -79,8 +79,7 @@ pub fn check_own(
     let given = now.is_some();
     let difference = match now {
         None => Some(format!(
-            "controller {method} ({}) was not given; give it as the run had it, with --controller or \
-             --controller-results",
+            "controller {method} ({}) was not given; give it as the run had it, with --controller",
             planned.source
         )),
         Some(now) => planned.difference(&now),

@@ -4,10 +4,6 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// What a record of scores from elsewhere says of its vehicles where their sha256 was that of the run's, in the detail
-/// `vehicles`.
-pub const SAME_VEHICLES: &str = "those of the run, by their sha256";
-
 /// What a method of somebody's own is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -18,8 +14,6 @@ pub enum OwnKind {
     Exec,
     /// A class within this process, in Python.
     Python,
-    /// Results that were measured elsewhere; nothing runs.
-    External,
     /// A plan of signals, which the manifest keeps with each point MDP.
     Plan,
     /// What a method has learned elsewhere, in the file of a model.
@@ -33,7 +27,6 @@ impl OwnKind {
             Self::Program => "compiled into the program",
             Self::Exec => "a command",
             Self::Python => "a class in Python",
-            Self::External => "measured elsewhere, not by this run",
             Self::Plan => "a plan that was given with --plan-file",
             Self::Model => "a saved model",
         }

@@ -17,7 +17,6 @@ use crate::shown::Seen;
 use basics::files::{FileError, write_atomically};
 use evaluation::family::names::safe_id;
 use evaluation::report::ReportError;
-use evaluation::report::figures::shown as named;
 use evaluation::report::page::render;
 use signals::existing::table::to_csv;
 use signals::existing::{Control, ExistingPlan, NamedPlan};
@@ -157,7 +156,7 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
         let of_training = told.objective.map(|delay_s| format!("{delay_s:.1}"));
         let trainings = shown.training(data, point, told.method).map_or(1, |(_, count)| count);
         context! {
-            method => named(data, &identity.methods[told.method]),
+            method => identity.methods[told.method].clone(),
             of => of_plan(&told.plan),
             delay_s => of_training,
             training => (trainings > 1).then(|| format!("training {} of {trainings}", told.replicate + 1)),

@@ -1,8 +1,7 @@
-//! Methods of somebody's own: compiled in, a command that is asked over pipes, a class in Python, or scores that were
-//! measured elsewhere. What one consists of is hashed, so that a run has the method that was planned.
+//! Methods of somebody's own: compiled in, a command that is asked over pipes, or a class in Python. What one consists of
+//! is hashed, so that a run has the method that was planned.
 
 pub mod exec;
-pub mod external;
 pub mod host;
 pub mod protocol;
 
@@ -10,7 +9,6 @@ pub use host::{Host, Hosted};
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use super::control::senses::Senses;
 use super::control::{Controller, Setup};
@@ -44,8 +42,6 @@ pub enum Play {
         /// The method that has learned it.
         learner: String,
     },
-    /// Not at all: its scores are there.
-    External(Arc<external::Scores>),
     /// It is known by name, as records have it, but nobody said where it is.
     Absent,
 }
