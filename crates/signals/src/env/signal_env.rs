@@ -450,20 +450,8 @@ impl<S: Sim> SignalEnv<S> {
     pub fn cabinet_sheets(&self) -> Vec<SignalProgram> {
         let rings = self.scene.signals.iter().zip(&self.rings);
         let sheet = |(signal, rings): (&SignalInfo, &Option<DualRing>)| {
-            let rings = rings.as_ref()?;
             let names = link_names(&self.scene, signal, self.world.side);
-            let cycle = rings.cycle_s();
-            Some(SignalProgram {
-                offset_s: cycle.map_or(0.0, |(_, yields_s)| f64::from(yields_s)),
-                cycle_s: cycle.map(|(cycle_s, _)| cycle_s),
-                stages: rings.stages().cloned(),
-                rings: rings.sheet(&names),
-                ..SignalProgram::new(
-                    &signal.id,
-                    program::ProgramKind::DualRing,
-                    rings.cycle().to_vec(),
-                )
-            })
+            Some(rings.as_ref()?.program(&signal.id, &names))
         };
         rings.filter_map(sheet).collect()
     }

@@ -16,7 +16,7 @@ mod tests;
 
 use crate::control::dual_ring::Config;
 use crate::existing::ExistingPlan;
-use crate::program::{ProgramPhase, RingPhase, RingStages};
+use crate::program::{ProgramKind, ProgramPhase, RingPhase, RingStages, SignalProgram};
 use crate::sim::{Scene, SignalInfo};
 use crate::vocabulary::listed_before;
 
@@ -98,23 +98,6 @@ impl DualRing {
         self.rings.shown()
     }
 
-    /// Returns the cycle that it keeps to and when its coordinated phases may end, seconds; nothing for an existing plan, which
-    /// says so itself.
-    pub(super) fn cycle_s(&self) -> Option<(u32, u32)> {
-        let coordination = self.rings.plan().coordination.as_ref()?;
-        Some((coordination.cycle_s, coordination.yields_s?))
-    }
-
-    /// Returns the stages that it follows within a cycle.
-    pub fn stages(&self) -> Option<&RingStages> {
-        self.stages.as_ref()
-    }
-
-    /// Returns the cycle of the stages that it follows, with what is shown between them; empty in free operation.
-    pub fn cycle(&self) -> &[ProgramPhase] {
-        &self.cycle
-    }
-
     /// Lets a second go by and returns what is shown from then on, if it is something else.
     ///
     /// # Arguments
@@ -157,12 +140,24 @@ impl DualRing {
         (self.rings.shown() != before).then(|| self.rings.shown())
     }
 
-    /// Returns the phases, as a cabinet is told them.
+    /// Returns what a cabinet is told of the signal. Of existing plans, which say it themselves, it has no cycle.
     ///
     /// # Arguments
     ///
     /// * `names` — per link index the names of its movements.
-    pub fn sheet(&self, names: &[Vec<String>]) -> Vec<RingPhase> {
+    pub fn program(&self, signal: &str, names: &[Vec<String>]) -> SignalProgram {
+        let coordination = self.rings.plan().coordination.as_ref();
+        let cycle = coordination.and_then(|cycle| Some((cycle.cycle_s, cycle.yields_s?)));
+        SignalProgram {
+            offset_s: cycle.map_or(0.0, |(_, yields_s)| f64::from(yields_s)),
+            cycle_s: cycle.map(|(cycle_s, _)| cycle_s),
+            stages: self.stages.clone(),
+            rings: self.sheet(names),
+            ..SignalProgram::new(signal, ProgramKind::DualRing, self.cycle.clone())
+        }
+    }
+
+    fn sheet(&self, names: &[Vec<String>]) -> Vec<RingPhase> {
         let plan = self.rings.plan();
         // An existing plan says itself what its cycle is.
         let cycle = plan.coordination.as_ref().filter(|cycle| cycle.yields_s.is_some());
