@@ -9,6 +9,7 @@
 //! - `torso_mass_kg` is the mass of Brax's torso, 9.457333 kg by default. The torso here has the same share of its own default,
 //!   6.25 kg, and its inertia goes with its mass; CARL leaves the inertia as it was.
 //! - `friction` is Brax's, 0.6 by default. The friction of contacts here is 0.4 times the square of its share of that.
+//!
 //! Deviation: the score is the return. There is no policy that is known to solve every point MDP, which a normalisation needs.
 
 use std::f64::consts::PI;

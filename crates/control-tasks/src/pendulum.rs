@@ -98,6 +98,7 @@ const VELOCITIES: usize = 101;
 /// - **solved**: the best of `TORQUES` torques by values that were computed backwards from the last step on a grid of
 ///   angles and velocities. It knows the dynamics, so no method that learns is expected to do much better; a score can exceed
 ///   1 a little, as the grid and the torques are coarse.
+///
 /// Source: ours. The paper does not say how it normalises.
 pub fn references(pendulum: &Pendulum) -> [f64; 2] {
     let mut environment = Episodes::of(*pendulum);
