@@ -134,7 +134,7 @@ pub struct SignalProgram {
     pub kind: ProgramKind,
     /// When its first phase begins, seconds after time 0 and its multiples of the cycle; of the network's own the network has
     /// it.
-    #[serde(default, skip_serializing_if = "crate::settings::is_zero")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub offset_s: f64,
     /// Gap between vehicles that ends a green of an actuated program, seconds; absent where it is SUMO's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -174,4 +174,9 @@ impl SignalProgram {
             links: Vec::new(),
         }
     }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
