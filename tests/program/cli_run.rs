@@ -63,7 +63,7 @@ fn a_run_is_told_in_lines_repaired_by_repeating_it_and_reported_against_others()
     assert!(text.contains("Scores against actuated, not against the baseline:"), "{text}");
     assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
     assert!(!folder.read("out/report/against-actuated/summary.csv").contains(",baseline,"));
-    folder.refuses(&[("report out --against idqn", "no scores against `idqn`")]);
+    folder.refuses(&[("report out --against idqn", "there is no method `idqn`")]);
 }
 
 #[test]
