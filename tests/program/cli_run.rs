@@ -69,7 +69,7 @@ fn a_run_is_told_in_lines_repaired_by_repeating_it_and_reported_against_others()
 #[test]
 fn records_depend_neither_on_the_number_of_workers_nor_on_a_kill() {
     let folder = Folder::new();
-    let long = "run smoke --eval-seeds 4 --methods fixed-time,max-pressure,actuated --set demand.horizon_s=1200 --quiet";
+    let long = "run smoke --eval-seeds 4 --methods fixed-time,max-pressure,actuated --set demand.horizon_s=600 --quiet";
     folder.run(&format!("{long} --out whole --jobs 1"));
     let args = shlex::split(&format!("{long} --out killed --jobs 3")).unwrap();
     let mut child = program(folder.path()).args(args).stderr(Stdio::null()).spawn().unwrap();

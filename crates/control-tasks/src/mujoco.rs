@@ -205,7 +205,7 @@ pub struct Lazy<const N: usize> {
 }
 
 impl<const N: usize> Lazy<N> {
-    /// Returns a model; the arguments are those of [`Simulation::new`].
+    /// Returns a model; the arguments are those of `Simulation::new`.
     pub fn new(mjcf: String, controls: usize, mass_kg: Option<f64>) -> Self {
         Self { mjcf, controls, mass_kg, made: OnceCell::new() }
     }

@@ -4,7 +4,7 @@
 //!
 //! ```no_run
 //! use tsc_family_signals::city::derive::{Event, Request, derive};
-//! //!
+//!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let request = Request::new("my-city.osm.pbf", "networks/my-city");
 //! let derived = derive(&request, &|event| {

@@ -56,7 +56,7 @@ const NO_SIGNAL: &str = "it has no traffic signal that gives green, under its pr
 const TRAINS: &str = "trains steer these level crossings, and no method controls them";
 const DARK: &str = "no program of these signals is ever green for cars, since they flash or are dark or closed; they keep it \
                     under every method";
-/// See [`TRAINS`]; a day plan may switch these on.
+/// See `TRAINS`; a day plan may switch these on.
 pub const SWITCHED_OFF: &str = "the program of these signals that runs at the start never shows green to cars, and nothing switches \
                                 to another one; they keep it under every method, and methods control them where it is removed";
 

@@ -1,7 +1,7 @@
 //! Turning movement counts: vehicles by approach and turn at an intersection, as count companies and detectors deliver
 //! them.
 //!
-//! A [`layout`] says what the columns of a table hold: `NBL` is a northbound left turn, from the south to the west. A file
+//! A `layout` says what the columns of a table hold: `NBL` is a northbound left turn, from the south to the west. A file
 //! that fits no layout is refused. [`TurningCounts::into_approaches`] gives the counted vehicles to the arms of a table of
 //! approaches.
 
