@@ -434,7 +434,8 @@ def test_a_sample_that_stops_early_can_be_asked_for(tmp_path, networks):
     result = tf.evaluate(Plain(), "smoke", budget=2, looks=[2], until_decided=True, against=["baseline"], eval_seeds=2,
                          settings={"demand.horizon_s": 60}, networks=networks, out=tmp_path / "out", quiet=True)  # fmt: skip
     sample = json.loads((tmp_path / "out/manifest.json").read_text())["identity"]["sample"]
-    assert set(sample["growth"]["until"]["first-place"]) == {"plain", "baseline"} and "plain" in result.table()
+    within, methods = sample["growth"]["until"]["within"]
+    assert (within, set(methods)) == (0.03, {"plain", "baseline"}) and "plain" in result.table()
 
 
 def test_an_error_is_held_back_wherever_a_text_is_cut():

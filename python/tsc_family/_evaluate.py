@@ -120,7 +120,7 @@ def evaluate(
     ``models`` has files of trained models by a name for each: methods that do not learn any more. The class of a model of
     your own has to be among ``controllers``.
     ``budget`` is the number of point MDPs. Where it is None, these are those of the run that is in ``out``, else all.
-    With ``until_decided`` the run stops when it is decided which method is the best. The
+    With ``until_decided`` the run stops when a method is within 0.03 of the best. The
     other options are those of ``tsc-family run``. The same call continues an interrupted run. A call with more
     controllers, methods or point MDPs adds to the run in ``out``, whose records stay. A controller whose file has
     changed needs another ``out``, or its name in ``replace``, which computes its records again. A controller that fails on a point MDP has a failed record

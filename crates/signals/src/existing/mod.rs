@@ -238,7 +238,8 @@ impl ExistingPlan {
             return Err("no phase has a movement; give movements such as NBT NBR".to_owned());
         }
         within("the cycle is", self.cycle_s.unwrap_or(2.0), 2.0..=3600.0)?;
-        within("the offset is", self.offset_s.unwrap_or_default(), -3600.0..=3600.0)?;
+        let most_s = self.cycle_s.unwrap_or(3600.0);
+        within("the offset is", self.offset_s.unwrap_or_default(), -most_s..=most_s)?;
         let (mut numbers, mut places) = (BTreeSet::new(), BTreeMap::new());
         for phase in &self.phases {
             let PlanPhase { number, ring, barrier, position, .. } = *phase;
@@ -364,7 +365,9 @@ impl ExistingPlan {
 
     /// Returns what of the plan is not as it looks.
     fn notes(&self, timed: &[Timed]) -> Vec<String> {
-        let mut notes = Vec::new();
+        let cycle_s = self.cycle_s.filter(|_| self.control == Control::Actuated);
+        let unused = |s: f64| format!("the plan is actuated, so its cycle of {s} s has no effect");
+        let mut notes: Vec<String> = cycle_s.map(unused).into_iter().collect();
         for (phase, timed) in self.phases.iter().zip(timed) {
             let number = phase.number;
             if phase.is_for_people() {
