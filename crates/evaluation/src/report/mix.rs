@@ -62,15 +62,20 @@ pub(super) fn sentence(data: &Report, mix: &Mix) -> String {
     let best = &data.methods[mix.methods[0]];
     let (ahead, interval) = format::lead(mix.ahead.value.abs(), mix.ahead.interval);
     let side = if mix.ahead.value >= 0.0 { "better" } else { "worse" };
+    let compared = match mix.shares[0] > 1.0 - 1e-9 {
+        true => format!("which is {} alone, as it is always chosen", best.method),
+        false => format!(
+            "{ahead} {side} than {} alone{}",
+            best.method,
+            interval.map_or_else(String::new, |i| format!(" (95% interval of the lead {i})")),
+        ),
+    };
     format!(
-        "On each point MDP, {} of {} evaluation seeds choose the best of {} methods, and the others score it: {}, {ahead} \
-         {side} than {} alone{}.",
+        "On each point MDP, {} of {} evaluation seeds choose the best of {} methods, and the others score it: {}, {compared}.",
         mix.seeds.0,
         mix.seeds.1,
         mix.methods.len(),
         format::score_within(mix.score.value, mix.score.interval),
-        best.method,
-        interval.map_or_else(String::new, |i| format!(" (95% interval of the lead {i})")),
     )
 }
 
