@@ -3,12 +3,10 @@
 use std::path::PathBuf;
 
 use super::folder::check_file;
-use super::json::method_line;
-use super::output::{line, note};
+use super::output::{events, line, note};
 use crate::analysis::Analysis;
 use crate::analysis::across::{Scale, across};
-use crate::cli::exit;
-use crate::cli::refused::Refused;
+use crate::cli::exit::{self, refuse};
 use crate::domains;
 use crate::files::write_atomically;
 use crate::report::across::{table, text};
@@ -52,14 +50,14 @@ pub(super) fn run(args: &AcrossArgs) -> anyhow::Result<u8> {
         let results = Results::load(&layout)?;
         if seen.contains(&results.sha256) {
             let path = path.display();
-            return Err(Refused(format!("{path} holds a run twice; give every family once")).into());
+            return refuse(format!("{path} holds a run twice; give every family once"));
         }
         seen.push(results.sha256.clone());
         families.push((path.display().to_string(), domains::analysis(&layout, &results)?));
     }
     let data = across(&families, args.methods.as_deref(), args.scale)?;
     if args.json {
-        table(&data).json().into_iter().map(method_line).try_for_each(line)?;
+        events("method", table(&data).json())?;
     } else {
         line(text(&data))?;
     }

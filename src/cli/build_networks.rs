@@ -8,10 +8,9 @@ use super::folder::{CITY, NETWORKS};
 use super::osm;
 use super::osm::OsmArgs;
 use super::output::{Counted, line, note};
-use super::refused::Refused;
 use super::scenario::ScenarioArg;
 use super::values::at_least_one_worker;
-use crate::cli::exit;
+use crate::cli::exit::{self, refuse};
 use crate::files::quoted;
 use crate::traffic::city::counted::{CountedRequest, counted};
 use crate::traffic::city::folder::{APPROACHES_FILE, default_folder};
@@ -87,7 +86,6 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         let counted = (files, args.counts_layout.clone(), args.period.as_slice());
         return osm::run(&args.osm, extract, to, counted, args.scenario.settings(), args.quiet);
     }
-    args.osm.without_extract(&args.scenario.scenario)?;
     if !args.turning_counts.is_empty() || args.utdf.is_some() || args.existing.is_some() {
         return with_volumes(args);
     }
@@ -112,18 +110,16 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
 }
 
 /// Refuses periods of one name, and hours per year for some of them only.
-fn check_periods(periods: &[Period]) -> Result<(), Refused> {
+fn check_periods(periods: &[Period]) -> anyhow::Result<()> {
     for (i, period) in periods.iter().enumerate() {
         let name = &period.name;
         if periods[..i].iter().any(|other| other.name == *name) {
-            return Err(Refused(format!(
-                "--period {name} is given twice; give each period one name"
-            )));
+            return refuse(format!("--period {name} is given twice; give each period one name"));
         }
         if period.hours.is_some() != periods[0].hours.is_some() {
-            return Err(Refused(format!(
+            return refuse(format!(
                 "--period {name}: give hours per year for every period, or for none, so that all count equally"
-            )));
+            ));
         }
     }
     Ok(())
@@ -137,11 +133,10 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         .as_ref()
         .map(|file| Path::new("networks").join(file.file_stem().unwrap_or_default()));
     let Some(out) = args.out.clone().or(from_utdf) else {
-        return Err(Refused(format!(
+        return refuse(format!(
             "{scenario}: --{} makes a scenario of its own; say with --out in which folder",
             if args.turning_counts.is_empty() { "existing" } else { "turning-counts" }
-        ))
-        .into());
+        ));
     };
     let out = out.as_path();
     CITY.check(out, "--out", Some(args.force))?;

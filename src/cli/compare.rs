@@ -1,21 +1,22 @@
 //! `tsc-family compare`.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::folder::{REPORT, check_file};
-use super::found::{found, is_run};
+use super::folder::{REPORT, Target, check_file};
 use super::output::{line, note};
 use super::report::{MixArgs, print, show};
-use super::target::Target;
 use crate::analysis::joined::{Known, Source, join, obstacle, settings};
-use crate::cli::exit;
-use crate::cli::refused::Refused;
+use crate::cli::exit::{self, refuse};
 use crate::domains;
-use crate::files::write_atomically;
+use crate::files::{FileError, write_atomically};
 use crate::report::leaderboard::{json, leaderboard, markdown};
 use crate::report::{Report, Runs, text};
 use crate::store::Layout;
 use crate::store::results::Results;
+
+/// How deep results directories may lie below a folder that is given: family, then run.
+const DEPTH: usize = 2;
 
 /// Differences that the terminal shows.
 const SHOWN: usize = 12;
@@ -140,12 +141,11 @@ fn add_fitting(
     if let [(first, _)] = &runs[..] {
         left_out.into_iter().for_each(note);
         let shown: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
-        return Err(Refused(format!(
+        return refuse(format!(
             "none of the runs in {} can be compared with {first}; run its methods on the point MDPs, preset and seeds of one \
              of them",
             shown.join(", ")
-        ))
-        .into());
+        ));
     }
     Ok(left_out)
 }
@@ -202,4 +202,46 @@ fn differences(runs: &Runs, has_page: bool) -> anyhow::Result<()> {
     }
     runs.repeated.iter().try_for_each(|said| line(format_args!("- {said}")))?;
     Ok(line("")?)
+}
+
+/// Returns the results directories that folders are or have in them, those of a folder in the order of their names.
+///
+/// # Errors
+///
+/// [`Refused`] for a folder without any.
+pub(super) fn found(dirs: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for dir in dirs {
+        let before = found.len();
+        find(dir, DEPTH, &mut found)?;
+        if found.len() == before {
+            let dir = dir.display();
+            return refuse(format!(
+                "{dir} is no results directory, and has none in it; give a folder that `run --out` wrote"
+            ));
+        }
+    }
+    Ok(found)
+}
+
+/// Returns whether a folder is a results directory itself.
+pub(super) fn is_run(dir: &Path) -> bool {
+    let layout = Layout::new(dir);
+    let files = [layout.manifest(), layout.adding(), layout.packed()];
+    files.iter().any(|path| path.exists())
+}
+
+fn find(dir: &Path, depth: usize, found: &mut Vec<PathBuf>) -> anyhow::Result<()> {
+    if is_run(dir) {
+        found.push(dir.to_path_buf());
+        return Ok(());
+    }
+    if depth == 0 || !dir.is_dir() {
+        return Ok(());
+    }
+    let entries = fs::read_dir(dir).map_err(FileError::at("read", dir))?;
+    let folders = entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir());
+    let mut folders: Vec<PathBuf> = folders.collect();
+    folders.sort();
+    folders.iter().try_for_each(|folder| find(folder, depth - 1, found))
 }

@@ -1,5 +1,6 @@
 //! Methods that are not the program's own: what the command line says of them, and how workers are told.
 
+use crate::cli::exit::without_effect;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
@@ -7,7 +8,6 @@ use std::time::Duration;
 
 use anyhow::Context;
 
-use super::refused::Refused;
 use super::values::at_least_a_second;
 use crate::domains;
 use crate::run::domain::Domain;
@@ -81,21 +81,14 @@ impl ControllersArgs {
 
     /// Refuses controllers of signals where something else is evaluated, and a limit that nothing is subject to.
     pub(super) fn check(&self, domain: &dyn Domain) -> anyhow::Result<()> {
-        if let Some(name) =
-            self.names().find(|name| !domain.methods().iter().any(|m| m.name == name))
-        {
-            let reason = format!(
-                "--controller {name} has no effect on {}: controllers are of signals; leave it out",
-                domain.name()
-            );
-            return Err(Refused(reason).into());
-        }
-        let commands = self.controllers.iter().any(|given| is_command(given));
-        if self.answer_timeout != ANSWER_TIMEOUT_S && !commands {
-            let reason = "--answer-timeout has no effect: no controller is a command; leave it out";
-            return Err(Refused(reason.to_owned()).into());
-        }
-        Ok(())
+        let is_known = |name: &String| domain.methods().iter().any(|m| m.name == name);
+        let is_command = self.controllers.iter().any(|given| is_command(given));
+        let is_other = self.answer_timeout != ANSWER_TIMEOUT_S;
+        let options = self.given().map(|(option, given)| {
+            (option, !is_known(&name_of(given)), "only signals have methods of your own")
+        });
+        let timeout = ("--answer-timeout", is_other && !is_command, "no controller is a command");
+        without_effect(&options.chain([timeout]).collect::<Vec<_>>())
     }
 
     /// Returns the saved models that were given, each with what it is called.

@@ -1,21 +1,21 @@
 //! `tsc-family estimate`: what estimators miss at which budget, on a family that was evaluated as a whole.
 
 use std::num::{NonZeroU32, NonZeroUsize};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
-use serde_json::Value;
-
-use super::folder::ESTIMATE;
-use super::output::{Counted, line, note};
-use super::recorded::{read, settings_of, warn_of_settings};
-use super::target::Target;
-use super::values::{MOST_REPEATS, from_one_to, parse_seed};
-use crate::cli::exit;
-use crate::cli::refused::Refused;
+use super::folder::{ESTIMATE, Target};
+use super::output::{Counted, events, line, note};
+use super::values::{MOST_REPEATS, from_one_to};
+use crate::analysis::Analysis;
+use crate::cli::exit::{self, refuse};
+use crate::domains;
 use crate::files::{make_folder, write_atomically};
 use crate::report::study::{errors, text};
-use crate::study::{Kind, StudyPlan, study};
+use crate::store::results::Results;
+use crate::store::{Layout, assisting};
+use crate::study::{Kind, Recorded, StudyPlan, study};
+use clap::ValueEnum;
+use serde_json::Value;
 
 /// Budgets where nothing else is asked for, as far as the family has so many point MDPs.
 const BUDGETS: [usize; 4] = [10, 20, 40, 80];
@@ -49,7 +49,7 @@ pub struct EstimateArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_enum, default_values_t = Kind::value_variants().iter().copied())]
     pub estimators: Vec<Kind>,
     /// Seed of the samples
-    #[arg(long, default_value_t = 0, value_parser = parse_seed)]
+    #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Folder to write to [default: DIR/estimate]
     #[arg(long, value_name = "DIR")]
@@ -71,8 +71,7 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     kinds.dedup();
     if let Some(dir) = &args.assist {
         if !kinds.contains(&Kind::Bq) {
-            let reason = "--assist has no effect without bq among --estimators; leave it out";
-            return Err(Refused(reason.to_owned()).into());
+            return refuse("--assist has no effect without bq among --estimators; leave it out");
         }
         let (other, known) = read(dir)?;
         if !args.quiet {
@@ -103,10 +102,7 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     let path = target.folder.join("errors.csv");
     write_atomically(&path, errors(&cells).csv().as_bytes())?;
     if args.json {
-        for mut row in errors(&cells).json() {
-            row.insert("event".to_owned(), "estimate".into());
-            line(Value::Object(row))?;
-        }
+        events("estimate", errors(&cells).json())?;
         return Ok(exit::DONE);
     }
     if !args.quiet {
@@ -119,7 +115,7 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     Ok(exit::DONE)
 }
 
-fn budgets(asked: &[NonZeroUsize], size: usize) -> Result<Vec<usize>, Refused> {
+fn budgets(asked: &[NonZeroUsize], size: usize) -> anyhow::Result<Vec<usize>> {
     let mut budgets: Vec<usize> = match asked {
         [] => BUDGETS.into_iter().filter(|b| *b < size).collect(),
         asked => asked.iter().map(|b| b.get()).collect(),
@@ -130,9 +126,35 @@ fn budgets(asked: &[NonZeroUsize], size: usize) -> Result<Vec<usize>, Refused> {
         budgets = (1..=size).collect();
     }
     if let Some(above) = budgets.iter().find(|b| **b > size) {
-        return Err(Refused(format!(
+        return refuse(format!(
             "--budgets {above}: the family has {size} point MDPs; give budgets from 1 to {size}"
-        )));
+        ));
     }
     Ok(budgets)
+}
+
+/// Reads results on a whole family.
+pub(super) fn read(dir: &Path) -> anyhow::Result<(Recorded, Analysis)> {
+    let layout = Layout::new(dir);
+    let results = Results::load(&layout)?;
+    let analysis = domains::analysis(&layout, &results)?;
+    Ok((Recorded::of(&analysis, &dir.display().to_string())?, analysis))
+}
+
+/// Returns what is kept of the settings of results that assist.
+pub(super) fn settings_of(known: &Recorded, analysis: &Analysis) -> Value {
+    let domains = domains::domains();
+    let names: Vec<&str> = domains.iter().flat_map(|d| d.methods()).map(|m| m.name).collect();
+    let inputs: Vec<&str> = known.inputs.iter().map(|(input, _)| input.method.as_str()).collect();
+    assisting::kept(&analysis.manifest.identity.settings, &names, &inputs)
+}
+
+/// Warns where results that assist were computed with other settings than what they assist.
+pub(super) fn warn_of_settings(subject: &str, there: &Value, here: &Value) {
+    if let Some(named) = assisting::differences(there, here) {
+        note(format!(
+            "warning: {subject} was computed with other settings ({named}): it helps less than results with the same \
+             settings would"
+        ));
+    }
 }

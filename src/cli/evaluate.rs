@@ -5,22 +5,21 @@
 
 mod models;
 
+use crate::cli::exit::refuse;
 use std::collections::BTreeSet;
-use std::num::{NonZeroU32, NonZeroUsize};
+use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 use super::controllers::ControllersArgs;
+use super::executors::LimitsArgs;
 use super::folder::{NETWORKS, RESULTS};
-use super::local_run::LocalRun;
+use super::interrupt::interrupted;
+use super::local_run::{LocalRun, failures};
 use super::output::note;
 use super::point::unknown_point;
-use super::report::{print, show};
-use super::scenario::ScenarioArg;
-use super::sumocfg_options::SumocfgArgs;
-use super::target::Target;
-use super::values::{Budget, at_least_one_worker, from_one_to, parse_budget, parse_seed};
-use crate::cli::exit;
-use crate::cli::refused::Refused;
+use super::report::show;
+use super::scenario::{ScenarioArg, SumocfgArgs};
+use super::values::{Budget, from_one_to, parse_budget};
 use crate::domains;
 use crate::run::domain::Problem;
 use crate::run::plan::{Draft, Request, draft};
@@ -34,9 +33,6 @@ use crate::traffic::method_arguments::named_model;
 use crate::traffic::model::SignalModel;
 use crate::traffic::problem::SignalProblem;
 use crate::traffic::settings::Scenario;
-
-/// Most failures that are named.
-const MOST_NAMED: usize = 20;
 
 /// `tsc-family evaluate`.
 #[derive(Debug, clap::Args)]
@@ -89,18 +85,18 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "K", default_value = "5", value_parser = from_one_to::<{ most::MOST_EVALUATION_SEEDS }>)]
     pub eval_seeds: NonZeroU32,
     /// Seed from which the seeds of the episodes are derived, as in `run`
-    #[arg(long, default_value_t = 0, value_parser = parse_seed)]
+    #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Folder of the networks [default: networks/NAME of the scenario]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "sumocfg")]
     pub networks: Option<PathBuf>,
-    /// Worker processes at the same time [default: one per processor]
-    #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
-    pub jobs: Option<NonZeroUsize>,
+    /// How many workers there are, and what each may take
+    #[command(flatten)]
+    pub limits: LimitsArgs,
     /// Results directory, which `report`, `compare` and `check` read; the same command continues it [default: none is kept]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print JSON lines: one per method
+    /// Print JSON lines: one per finished task, then one per method
     #[arg(long)]
     pub json: bool,
 }
@@ -169,43 +165,28 @@ fn finish(
     session: &Session<'_>,
     controllers: &ControllersArgs,
 ) -> anyhow::Result<u8> {
-    let then = if args.out.is_some() { "the same command does them" } else { "nothing is kept" };
-    let launcher = controllers.launcher()?;
-    if let Some(code) = LocalRun::of_models(session, launcher, args.jobs, args.json, then)? {
+    let local = LocalRun {
+        session,
+        domain: domains::traffic(),
+        launcher: controllers.launcher()?,
+        limits: &args.limits,
+        against: None,
+        json: args.json,
+        quiet: false,
+    };
+    if let Some(code) = local.work_on(&Results::load(&session.layout)?, interrupted()?.as_ref())? {
         return Ok(code);
     }
-    let layout = &session.layout;
-    let results = Results::load(layout)?;
-    let data = domains::report(layout, &results)?;
-    let failed: Vec<String> = (results.failed())
-        .map(|(task, record)| {
-            let reason = record.summary.reason.as_deref().unwrap_or("it failed");
-            format!("{} on {}: {reason}", task.method, task.point)
-        })
-        .collect();
-    let mut models = data.methods.iter().filter(|m| !m.is_reference);
-    if let Some(first) = failed.first().filter(|_| models.all(|m| m.overall.is_none())) {
-        return Err(Refused(format!("no model has a score: {first}")).into());
+    if args.out.is_some() {
+        return local.summarise();
     }
-    match &args.out {
-        Some(_) => {
-            let target = Target::new(layout.root(), layout.report(), None);
-            print(&target, &data, args.json, true)?;
-        }
-        None => show(&data, args.json)?,
-    }
-    for text in failed.iter().take(MOST_NAMED) {
-        note(format!("error: {text}"));
-    }
-    if failed.len() > MOST_NAMED {
-        note(format!("error: {} more", failed.len() - MOST_NAMED));
-    }
-    Ok(if failed.is_empty() { exit::DONE } else { exit::SOME_FAILED })
+    let results = Results::load(&session.layout)?;
+    show(&domains::report(&session.layout, &results)?, args.json)?;
+    Ok(failures(&results))
 }
 
 /// Reads the scenario, with the settings of the models.
 fn problem(args: &EvaluateArgs, controllers: &ControllersArgs) -> anyhow::Result<SignalProblem> {
-    let imported = !args.sumocfg.is_empty();
     // Demand and networks are of the models' preset, unless another one is asked for.
     let models = controllers.read_models()?;
     let (first, model) = models.first().expect("the command line asks for one");
@@ -222,28 +203,12 @@ fn problem(args: &EvaluateArgs, controllers: &ControllersArgs) -> anyhow::Result
         Some((name.clone(), difference.or_else(|| other.difference(&of_first))?))
     };
     if let Some((name, difference)) = models.iter().find_map(other) {
-        return Err(Refused(format!(
+        return refuse(format!(
             "{first} and {name} were trained with another timing of signals ({difference}); evaluate them one by one, or \
              as methods of `run --model`, which says how signals are timed"
-        ))
-        .into());
+        ));
     }
-    args.given.check(imported)?;
-    let settings = args.scenario.settings();
-    let mut keys = settings.iter().flat_map(|s| s.keys());
-    let refusals = [
-        (
-            imported && args.networks.is_some(),
-            "--networks has no effect: a SUMO configuration is given",
-        ),
-        (
-            keys.any(|key| key.starts_with("training.")),
-            "training.* has no effect: nothing is trained here",
-        ),
-    ];
-    if let Some((_, reason)) = refusals.into_iter().find(|(is_so, _)| *is_so) {
-        return Err(Refused(reason.to_owned()).into());
-    }
+    args.given.check(!args.sumocfg.is_empty())?;
     let networks =
         args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
     Ok(SignalProblem::new(loaded, None, networks, &args.sumocfg, &args.given.given(), &[])?)

@@ -1,14 +1,15 @@
 //! Handing tasks over to a batch system: what `run --executor` and `resume` have in common.
 
+use crate::cli::exit::{refuse, without_effect};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::thread::available_parallelism;
 use std::time::Duration;
 
 use anyhow::Context;
 
 use super::output::{duration, line};
-use super::values::{at_least_a_second, at_least_one_worker, megabytes, minutes};
-use crate::cli::refused::Refused;
+use super::values::{at_least_a_second, at_least_one_worker, megabytes, number};
 use crate::files::quoted;
 use crate::machine::memory_per_worker_mb;
 use crate::report::format;
@@ -17,10 +18,10 @@ use crate::run::batch::{self, Submission, absolute, slurm};
 use crate::run::domain::Domain;
 use crate::run::effort::Efforts;
 use crate::run::error::RunError;
-use crate::run::executor::Launcher;
+use crate::run::executor::{Launcher, Local};
 use crate::run::session::Session;
 use crate::run::watchdog::STALL_TIMEOUT_S;
-use crate::store::manifest::Task;
+use crate::store::manifest::{Manifest, Task};
 use crate::store::results::Results;
 
 /// Processor time of a task of which nothing is known, seconds: it gets a pack of its own.
@@ -50,8 +51,35 @@ pub struct WorkersArgs {
     #[arg(long, value_name = "FILE")]
     pub sbatch: Option<PathBuf>,
     /// Processor time of a job in a batch system, in minutes [default: from 1 to 30, more for longer runs]
-    #[arg(long, value_name = "MINUTES", value_parser = minutes)]
+    #[arg(long, value_name = "MINUTES", value_parser = number(0.001, 1e6))]
     pub job_minutes: Option<f64>,
+    /// How many there are, and what each may take
+    #[command(flatten)]
+    pub limits: LimitsArgs,
+}
+
+impl WorkersArgs {
+    /// Returns the lines for the jobs.
+    pub(super) fn lines(&self) -> Result<Vec<String>, RunError> {
+        Ok(self.sbatch.as_deref().map(slurm::lines).transpose()?.unwrap_or_default())
+    }
+
+    /// Refuses what has no effect where tasks are done by somebody.
+    pub(super) fn check(&self, executor: Executes) -> anyhow::Result<()> {
+        without_effect(&[
+            ("--sbatch", self.sbatch.is_some() && executor != Executes::Slurm, "it is for slurm"),
+            (
+                "--job-minutes",
+                self.job_minutes.is_some() && executor == Executes::Local,
+                "this machine needs no jobs",
+            ),
+        ])
+    }
+}
+
+/// What workers may take.
+#[derive(Debug, clap::Args)]
+pub struct LimitsArgs {
     /// Worker processes at the same time [default: one per processor; one per job of a batch system]
     #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
     pub jobs: Option<NonZeroUsize>,
@@ -63,47 +91,29 @@ pub struct WorkersArgs {
     pub memory_per_worker: Option<u64>,
 }
 
-impl WorkersArgs {
-    /// Returns how many workers this machine is to have, which has so many processors.
-    pub(super) fn here(&self, processors: usize) -> usize {
-        self.jobs.map_or(processors, NonZeroUsize::get)
+impl LimitsArgs {
+    /// Returns how many workers this machine has.
+    pub(super) fn here(&self) -> usize {
+        self.jobs.or_else(|| available_parallelism().ok()).map_or(1, NonZeroUsize::get)
     }
 
     /// Returns the memory that each of so many workers of this machine may use, MB; `None` where the system does not tell how
     /// much there is.
     pub(super) fn memory_mb(&self, jobs: usize) -> anyhow::Result<Option<u64>> {
-        limit_mb(self.memory_per_worker, jobs)
+        let usual = memory_per_worker_mb(jobs);
+        let is_vain = self.memory_per_worker.is_some() && usual.is_none();
+        without_effect(&[("--memory-per-worker", is_vain, "this system has no /proc")])?;
+        Ok(self.memory_per_worker.or(usual))
     }
 
-    /// Returns the lines for the jobs.
-    pub(super) fn lines(&self) -> Result<Vec<String>, RunError> {
-        Ok(self.sbatch.as_deref().map(slurm::lines).transpose()?.unwrap_or_default())
+    /// Returns the executor of this machine with these limits, for so many workers.
+    pub(super) fn applied(&self, local: Local) -> anyhow::Result<Local> {
+        Ok(Local {
+            stall_timeout: Duration::from_secs(self.stall_timeout),
+            memory_per_worker_mb: self.memory_mb(local.jobs)?,
+            ..local
+        })
     }
-
-    /// Refuses what has no effect where tasks are done by somebody.
-    pub(super) fn check(&self, executor: Executes) -> anyhow::Result<()> {
-        let refuse = |flag: &str, reason: &str| -> anyhow::Result<()> {
-            Err(Refused(format!("{flag} has no effect: {reason}; leave it out")).into())
-        };
-        if self.sbatch.is_some() && executor != Executes::Slurm {
-            return refuse("--sbatch", "only --executor slurm takes lines");
-        }
-        if self.job_minutes.is_some() && executor == Executes::Local {
-            return refuse("--job-minutes", "this machine needs no jobs");
-        }
-        Ok(())
-    }
-}
-
-/// Returns the memory that each of so many workers of this machine may use, MB.
-pub(super) fn limit_mb(asked: Option<u64>, jobs: usize) -> anyhow::Result<Option<u64>> {
-    let usual = memory_per_worker_mb(jobs);
-    if asked.is_some() && usual.is_none() {
-        let reason = "--memory-per-worker has no effect: this system does not tell how much memory a process uses (there \
-                      is no /proc); leave it out";
-        return Err(Refused(reason.to_owned()).into());
-    }
-    Ok(asked.or(usual))
 }
 
 /// Hands the tasks that results lack over, and says what happened.
@@ -121,16 +131,16 @@ pub(super) fn hand_over(
         let jobs = slurm::in_queue(&own)?;
         if jobs > 0 {
             let (jobs, name) = (format::count(jobs, "job"), slurm::name(&own));
-            let reason =
-                format!("Slurm has {jobs} of this run; wait, or cancel: scancel --name={name}");
-            return Err(Refused(reason).into());
+            return refuse(format!(
+                "Slurm has {jobs} of this run; wait, or cancel: scancel --name={name}"
+            ));
         }
     }
     let prepared = match session.prepared.as_os_str().is_empty() {
         true => PathBuf::new(),
         false => absolute(&session.prepared)?,
     };
-    check_prepared_files(session, domain, &prepared)?;
+    check_prepared(domain, manifest, &prepared)?;
     let efforts = Efforts::of_run(domain, &manifest.identity)?;
     let seconds = |task: &Task| {
         let effort = efforts.task(&task.method, &task.point)?;
@@ -140,7 +150,7 @@ pub(super) fn hand_over(
     let tasks = results.missing().map(seconds).collect::<Result<Vec<_>, RunError>>()?;
     let packs = packs(tasks, args.job_minutes.map(|minutes| minutes * 60.0));
     let whole: f64 = packs.iter().map(|pack| pack.seconds).sum();
-    let workers = args.here(1);
+    let workers = args.limits.jobs.map_or(1, NonZeroUsize::get);
     let peak_mb = results.done().filter_map(|(_, record)| record.summary.wall.peak_memory_mb);
     let memory_mb = peak_mb.max().map_or(MEMORY_MB, |mb| (mb as f64 * ROOM.0) as u64 + ROOM.1);
     let submission = Submission {
@@ -153,9 +163,9 @@ pub(super) fn hand_over(
         packs: packs.len(),
         longest_s: packs.iter().map(|pack| pack.time_s(workers)).fold(0.0, f64::max),
         workers,
-        memory_mb: memory_mb.max(args.memory_per_worker.unwrap_or(0)),
-        memory_per_worker_mb: args.memory_per_worker,
-        stall_timeout_s: args.stall_timeout,
+        memory_mb: memory_mb.max(args.limits.memory_per_worker.unwrap_or(0)),
+        memory_per_worker_mb: args.limits.memory_per_worker,
+        stall_timeout_s: args.limits.stall_timeout,
     };
     let how = match executor {
         Executes::Slurm => {
@@ -183,40 +193,19 @@ pub(super) fn hand_over(
     Ok(())
 }
 
-/// Checks that the folder of what was prepared is there.
-pub(super) fn check_prepared_folder(session: &Session<'_>) -> anyhow::Result<()> {
-    let folder = &session.prepared;
-    if folder.as_os_str().is_empty() || folder.is_dir() {
-        return Ok(());
-    }
-    let command = &session.manifest.provenance.command;
-    Err(Refused(format!(
-        "there is no folder {} here, in which the run had what its tasks read; go to where it was started, say with \
-         --networks where they are now, or repeat its command, which makes them: {command}",
-        folder.display()
-    ))
-    .into())
-}
-
-/// Checks that the files which tasks read are there, before jobs find out one by one.
-fn check_prepared_files(
-    session: &Session<'_>,
+/// Checks that the files which tasks read are as planned, before workers find out one by one.
+pub(super) fn check_prepared(
     domain: &dyn Domain,
+    manifest: &Manifest,
     prepared: &Path,
 ) -> anyhow::Result<()> {
-    let points = &session.manifest.identity.points;
-    let spoilt: Vec<PathBuf> =
-        points.iter().flat_map(|p| domain.spoilt(p, prepared)).map(|s| s.path).collect();
-    let Some(first) = spoilt.first() else { return Ok(()) };
-    let command = &session.manifest.provenance.command;
-    let others = match spoilt.len() - 1 {
-        0 => "is".to_owned(),
-        others => format!("and {} are", format::count(others, "other file")),
-    };
-    Err(Refused(format!(
-        "{} {others} not as planned; run the command of the run, which makes them ({command}), or \
-         say with --networks where they are",
-        first.display()
+    let mut spoilt = manifest.identity.points.iter().flat_map(|p| domain.spoilt(p, prepared));
+    let Some(first) = spoilt.next() else { return Ok(()) };
+    refuse(format!(
+        "{} is missing or not as planned, as are {} other files; go to where the run was started, say with --networks where they \
+         are now, or repeat its command, which makes them: {}",
+        quoted(&first.path),
+        spoilt.count(),
+        manifest.provenance.command
     ))
-    .into())
 }

@@ -7,7 +7,6 @@ use control_tasks::mujoco::MujocoError;
 use osm_signals::OsmError;
 
 use crate::analysis::AnalysisError;
-use crate::cli::refused::Refused;
 use crate::export::ExportError;
 use crate::family::error::FamilyError;
 use crate::files::FileError;
@@ -40,6 +39,24 @@ pub const MISMATCH: u8 = 5;
 pub const INCOMPLETE: u8 = 6;
 /// Interrupted; run the same command again to continue.
 pub const INTERRUPTED: u8 = 130;
+
+/// A request that makes no sense, with the reason and the way out.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(super) struct Refused(pub(super) String);
+
+/// Refuses a request that makes no sense.
+pub(super) fn refuse<T>(reason: impl Into<String>) -> anyhow::Result<T> {
+    Err(Refused(reason.into()).into())
+}
+
+/// Refuses the first option that was given and has no effect, with the reason.
+pub(super) fn without_effect(options: &[(&str, bool, &str)]) -> anyhow::Result<()> {
+    match options.iter().find(|(_, is_given, _)| *is_given) {
+        None => Ok(()),
+        Some((flag, _, reason)) => refuse(format!("{flag} has no effect: {reason}; leave it out")),
+    }
+}
 
 /// Returns the exit code of an error, by the first known error in its chain.
 pub fn code(error: &(dyn Error + 'static)) -> u8 {

@@ -1,13 +1,14 @@
 //! Folders that are written into: one with something else in it is refused without `--force`.
 
+use crate::cli::exit::refuse;
 use std::fs;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use rustix::fs::{Access, access};
 
-use crate::cli::refused::Refused;
-use crate::files::FileError;
+use crate::files::{FileError, beneath};
 use crate::traffic::city::folder::networks_folder;
 use crate::traffic::network_files::BY_HASH;
 use crate::traffic::settings::Preset;
@@ -61,7 +62,7 @@ impl Kind {
     pub(super) fn check(&self, path: &Path, flag: &str, force: Option<bool>) -> anyhow::Result<()> {
         if path.exists() && !path.is_dir() {
             let path = path.display();
-            anyhow::bail!(Refused(format!("{flag} {path} is a file; give the path of a folder")));
+            return refuse(format!("{flag} {path} is a file; give the path of a folder"));
         }
         if !path.exists() || force == Some(true) {
             return Ok(());
@@ -82,11 +83,11 @@ impl Kind {
             named.push_str(&format!(" and {more} more"));
         }
         let way_out = if force.is_some() { ", or --force to write into it anyway" } else { "" };
-        anyhow::bail!(Refused(format!(
+        refuse(format!(
             "{flag} {} is not empty and no {} (it holds {named}); give another folder{way_out}",
             path.display(),
             self.what
-        )));
+        ))
     }
 }
 
@@ -103,7 +104,7 @@ pub(super) fn check_file(
         // Whoever writes will say what is wrong with the folder.
         Err(_) => return Ok(()),
     };
-    let wrong = |why: String| Err(Refused(format!("{flag} {shown} {why}")).into());
+    let wrong = |why: String| refuse(format!("{flag} {shown} {why}"));
     if about.is_dir() {
         return wrong("is a folder; give the path of a file".to_owned());
     }
@@ -118,6 +119,53 @@ pub(super) fn check_file(
         return Ok(());
     }
     wrong(format!("is there and is no {what}; give another path, or remove it first"))
+}
+
+/// A folder to write to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Target {
+    /// The folder itself or one above it, beneath which nothing is written through links.
+    pub(super) root: PathBuf,
+    /// The folder.
+    pub(super) folder: PathBuf,
+    is_given: bool,
+}
+
+impl Target {
+    /// Returns the usual folder in a results directory, or the one that `--out` gives.
+    pub(super) fn new(root: &Path, usual: PathBuf, out: Option<&PathBuf>) -> Self {
+        let is_given = out.is_some();
+        let folder = out.cloned().unwrap_or(usual);
+        let root = if is_given { folder.clone() } else { root.to_path_buf() };
+        Self { root, folder, is_given }
+    }
+
+    /// Checks, before anything is computed, that the folder can be written, is not reached through a link and holds
+    /// nothing else.
+    pub(super) fn check(&self, kind: &Kind) -> anyhow::Result<()> {
+        if self.is_given {
+            kind.check(&self.folder, "--out", None)?;
+        }
+        beneath(&self.root, &self.folder)?;
+        // A results directory that is not there is named by whoever reads it.
+        if !self.is_given && !self.root.exists() {
+            return Ok(());
+        }
+        let Err(e) = access(self.there(), Access::WRITE_OK) else {
+            return Ok(());
+        };
+        let reason = std::io::Error::from(e);
+        let way_out =
+            if self.is_given { "give another folder" } else { "give a folder with --out" };
+        let folder = self.folder.display();
+        refuse(format!("cannot write to {folder}: {reason}; {way_out}"))
+    }
+
+    /// Returns the folder, or where it is to be made the nearest one above it that is there.
+    pub(super) fn there(&self) -> &Path {
+        let there = self.folder.ancestors().find(|folder| folder.exists());
+        there.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+    }
 }
 
 #[cfg(test)]

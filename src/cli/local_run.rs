@@ -1,42 +1,29 @@
-//! What `run` and `resume` do on this machine: the tasks that are missing, and the report.
+//! What `run`, `evaluate` and `resume` do on this machine: the tasks that are missing, and the report.
 
-use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::available_parallelism;
-use std::time::Duration;
 
-use super::interrupt::interrupted;
+use super::executors::LimitsArgs;
+use super::folder::Target;
 use super::monitor::Monitor;
 use super::output::note;
 use super::report::print;
-use super::target::Target;
 use crate::cli::exit;
 use crate::domains;
-use crate::machine::memory_per_worker_mb;
 use crate::report::format;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
 use crate::run::effort::Efforts;
-use crate::run::executor::{Launcher, Local};
+use crate::run::executor::Launcher;
 use crate::run::session::Session;
-use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::store::manifest::{GIT, Manifest, Task};
 use crate::store::results::Results;
 
 /// Tasks and report of a run that is open.
 pub(super) struct LocalRun<'a> {
-    /// The run.
     pub(super) session: &'a Session<'a>,
-    /// What is evaluated.
     pub(super) domain: &'a dyn Domain,
-    /// How workers are started.
     pub(super) launcher: Launcher,
-    /// Workers at the same time.
-    pub(super) jobs: usize,
-    /// Time without a simulated step after which a task fails, seconds.
-    pub(super) stall_timeout_s: u64,
-    /// Memory that a worker may use, MB; `None` for any.
-    pub(super) memory_per_worker_mb: Option<u64>,
+    pub(super) limits: &'a LimitsArgs,
     /// Method to divide by in a second report.
     pub(super) against: Option<&'a str>,
     /// Whether lines of JSON are printed.
@@ -46,40 +33,6 @@ pub(super) struct LocalRun<'a> {
 }
 
 impl LocalRun<'_> {
-    /// Does the tasks of saved models that a results directory lacks; returns the exit code when it ends here, because of an
-    /// interruption or of tasks that are left undone.
-    pub(super) fn of_models(
-        session: &Session<'_>,
-        launcher: Launcher,
-        jobs: Option<NonZeroUsize>,
-        quiet: bool,
-        then: &str,
-    ) -> anyhow::Result<Option<u8>> {
-        let jobs = jobs.or_else(|| available_parallelism().ok()).map_or(1, NonZeroUsize::get);
-        let run = LocalRun {
-            session,
-            domain: domains::traffic(),
-            launcher,
-            jobs,
-            stall_timeout_s: STALL_TIMEOUT_S,
-            memory_per_worker_mb: memory_per_worker_mb(jobs),
-            against: None,
-            json: false,
-            quiet,
-        };
-        let interrupted = interrupted()?;
-        let left = run.work(&Results::load(&session.layout)?, &interrupted)?;
-        if left > 0 && interrupted.load(Ordering::Relaxed) {
-            note(format!("interrupted with {} to do; {then}", format::count(left, "task")));
-            return Ok(Some(exit::INTERRUPTED));
-        }
-        if left > 0 {
-            note(format!("{}, see above; {then}", without_record(left)));
-            return Ok(Some(exit::INCOMPLETE));
-        }
-        Ok(None)
-    }
-
     /// Does the tasks that results lack; returns the exit code when it ends here, because of an interruption or of tasks
     /// that are left undone.
     pub(super) fn work_on(
@@ -88,27 +41,27 @@ impl LocalRun<'_> {
         interrupted: &AtomicBool,
     ) -> anyhow::Result<Option<u8>> {
         let left = self.work(results, interrupted)?;
-        if left > 0 && interrupted.load(Ordering::Relaxed) {
+        let tasks = format::count(left, "task");
+        if left == 0 {
+            return Ok(None);
+        }
+        if interrupted.load(Ordering::Relaxed) {
             if !self.quiet {
-                note(format!(
-                    "interrupted with {} to do; run the same command to continue",
-                    format::count(left, "task")
-                ));
+                note(format!("interrupted with {tasks} to do; run the same command to continue"));
             }
             return Ok(Some(exit::INTERRUPTED));
         }
-        if left > 0 {
-            return self.incomplete(left).map(Some);
+        if let Err(e) = self.summarise() {
+            note(format!("there is no report yet: {e}"));
         }
-        Ok(None)
+        note(format!(
+            "{tasks} without a record, for other reasons than the task (see above); run the same command again"
+        ));
+        Ok(Some(exit::INCOMPLETE))
     }
 
     /// Does the tasks that results lack; returns how many are left.
-    pub(super) fn work(
-        &self,
-        results: &Results,
-        interrupted: &AtomicBool,
-    ) -> anyhow::Result<usize> {
+    fn work(&self, results: &Results, interrupted: &AtomicBool) -> anyhow::Result<usize> {
         let todo: Vec<Task> = results.missing().cloned().collect();
         let talk = !self.quiet && !self.json;
         if talk && todo.len() < results.plan().len() {
@@ -120,19 +73,10 @@ impl LocalRun<'_> {
         }
         let efforts = Efforts::of_run(self.domain, &self.session.manifest.identity)?;
         let effort = |t: &Task| Ok((t.clone(), efforts.task(&t.method, &t.point)?));
-        let mut monitor = Monitor::new(
-            todo.iter().map(effort).collect::<anyhow::Result<Vec<_>>>()?,
-            self.domain,
-            results.done(),
-            self.json,
-            self.quiet,
-        );
-        let stall_timeout = Duration::from_secs(self.stall_timeout_s);
-        let executor = Local {
-            stall_timeout,
-            memory_per_worker_mb: self.memory_per_worker_mb,
-            ..self.session.local(self.launcher.clone(), self.jobs)
-        };
+        let efforts = todo.iter().map(effort).collect::<anyhow::Result<Vec<_>>>()?;
+        let mut monitor = Monitor::new(efforts, self.domain, self.json, self.quiet);
+        let local = self.session.local(self.launcher.clone(), self.limits.here());
+        let executor = self.limits.applied(local)?;
         let outcome = self.session.work(&todo, &executor, interrupted, &mut |event| {
             monitor.handle(event);
         });
@@ -141,28 +85,10 @@ impl LocalRun<'_> {
         Ok(todo.len() - monitor.finished())
     }
 
-    /// Reports a run that some tasks are missing from.
-    fn incomplete(&self, left: usize) -> anyhow::Result<u8> {
-        if let Err(e) = self.summarise() {
-            note(format!("there is no report yet: {e}"));
-        }
-        let (own, them) = if left == 1 { ("its own", "it") } else { ("their own", "them") };
-        note(format!(
-            "{}, for reasons that are not {own} (see above); run the same command again to do {them}",
-            without_record(left)
-        ));
-        Ok(exit::INCOMPLETE)
-    }
-
     /// Reports the finished run.
     pub(super) fn summarise(&self) -> anyhow::Result<u8> {
         let layout = &self.session.layout;
         let results = Results::load(layout)?;
-        let (failed, tasks) = (results.failed().count(), results.plan().len());
-        let first = results.failed().next().and_then(|(task, record)| {
-            let reason = record.summary.reason.as_ref()?;
-            Some(format!("; the first, {} on {}: {reason}", task.method, task.point))
-        });
         let sections = || domains::sections(layout, &results);
         let own = sections()?;
         let other = match self.against {
@@ -179,25 +105,21 @@ impl LocalRun<'_> {
                 print(&target, data, self.json, !self.json)?;
             }
         }
-        if failed > 0 {
-            note(format!(
-                "error: {failed} of {tasks} tasks failed{}; all reasons are in the report, the same command with \
-                 --retry-failed tries them again",
-                first.unwrap_or_default()
-            ));
-            return Ok(exit::SOME_FAILED);
-        }
-        Ok(exit::DONE)
+        Ok(failures(&results))
     }
 }
 
-/// Says how many tasks have no record.
-fn without_record(tasks: usize) -> String {
-    format!(
-        "{} {} no record",
-        format::count(tasks, "task"),
-        if tasks == 1 { "has" } else { "have" }
-    )
+/// Says how many tasks failed, and returns the exit code.
+pub(super) fn failures(results: &Results) -> u8 {
+    let (failed, tasks) = (results.failed().count(), results.plan().len());
+    let Some((task, record)) = results.failed().next() else { return exit::DONE };
+    let reason = record.summary.reason.as_deref().unwrap_or("no reason is known");
+    note(format!(
+        "error: {failed} of {tasks} tasks failed; the first, {} on {}: {reason}; all reasons are in the report, the same \
+         command with --retry-failed tries them again",
+        task.method, task.point
+    ));
+    exit::SOME_FAILED
 }
 
 /// Returns a warning where another build began a run than goes on with it.

@@ -9,7 +9,6 @@ use osm_signals::DrivingSide;
 use super::build_networks::next;
 use super::folder::CITY;
 use super::output::{Progress, line, note};
-use super::refused::Refused;
 use crate::cli::exit;
 use crate::settings::overrides::Override;
 use crate::traffic::city::derive::{Event, Request, derive};
@@ -20,10 +19,11 @@ use crate::traffic::turning::Period;
 
 /// Options that only `--osm` understands.
 #[derive(Debug, clap::Args)]
+#[group(conflicts_with = "scenario")]
 #[command(next_help_heading = "From OpenStreetMap")]
 pub struct OsmArgs {
     /// Extract to derive a family from: .osm.pbf, .osm or .osm.gz
-    #[arg(long, value_name = "FILE", conflicts_with = "scenario")]
+    #[arg(long, value_name = "FILE")]
     pub osm: Option<PathBuf>,
     /// List of the signals that count: CSV, XLSX or GeoJSON, with places [default: those of the map]
     #[arg(long, value_name = "FILE", requires = "osm")]
@@ -53,24 +53,6 @@ fn side_parser() -> impl TypedValueParser<Value = DrivingSide> {
         "left" => DrivingSide::Left,
         _ => DrivingSide::Right,
     })
-}
-
-impl OsmArgs {
-    /// Refuses options that have no effect because there is no extract.
-    pub(super) fn without_extract(&self, scenario: &str) -> Result<(), Refused> {
-        let given = [
-            ("--signals", self.signals.is_some()),
-            ("--aadt", self.aadt.is_some()),
-            ("--boundary", self.boundary.is_some()),
-            ("--config", self.config.is_some()),
-            ("--driving-side", self.driving_side.is_some()),
-            ("--detail", self.detail.is_some()),
-        ];
-        let Some((option, _)) = given.into_iter().find(|(_, given)| *given) else { return Ok(()) };
-        Err(Refused(format!(
-            "{scenario}: {option} is for extracts; give one with --osm, or leave it out"
-        )))
-    }
 }
 
 /// Derives a city and writes its folder.

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use basics::plain::plain;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Map, Value};
 
 /// Time between two plain progress lines.
 const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
@@ -14,6 +15,14 @@ const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
 /// Writes one line to standard output.
 pub(super) fn line(text: impl std::fmt::Display) -> std::io::Result<()> {
     write(format!("{}\n", plain(&text.to_string())).as_bytes())
+}
+
+/// Writes a line of JSON per row, which says what it is.
+pub(super) fn events(event: &str, rows: Vec<Map<String, Value>>) -> std::io::Result<()> {
+    rows.into_iter().try_for_each(|mut row| {
+        row.insert("event".to_owned(), event.into());
+        line(Value::Object(row))
+    })
 }
 
 /// Writes bytes to standard output. A reader that has gone, as `head` does, has enough: the work and its exit code are the

@@ -2,10 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::folder::REPORT;
-use super::json::method_line;
-use super::output::{line, note};
-use super::target::Target;
+use super::folder::{REPORT, Target};
+use super::output::{events, line, note};
 use crate::cli::exit;
 use crate::domains;
 use crate::report::{self, Report, text};
@@ -103,7 +101,7 @@ pub(super) fn print(target: &Target, data: &Report, json: bool, notes: bool) -> 
 /// Prints the table of a report, or with `json` its methods.
 pub(super) fn show(data: &Report, json: bool) -> anyhow::Result<()> {
     match json {
-        true => data.json_rows().into_iter().try_for_each(|row| line(method_line(row))),
+        true => events("method", data.json_rows()),
         false => line(text::table(data)),
     }
     .map_err(Into::into)

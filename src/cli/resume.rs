@@ -1,16 +1,14 @@
 //! `tsc-family resume`: what a run that was planned still lacks, done here or handed over.
 
 use std::path::PathBuf;
-use std::thread::available_parallelism;
 
 use super::controllers::{ControllersArgs, manifest_of};
-use super::executors::{Executes, WorkersArgs, check_prepared_folder, hand_over};
+use super::executors::{Executes, WorkersArgs, check_prepared, hand_over};
 use super::interrupt::interrupted;
 use super::local_run::LocalRun;
 use super::output::note;
 use super::status::say_who_inspects;
-use crate::cli::exit;
-use crate::cli::refused::Refused;
+use crate::cli::exit::{self, refuse};
 use crate::domains::domains;
 use crate::report::format;
 use crate::run::batch;
@@ -58,9 +56,9 @@ pub(super) fn run(args: &ResumeArgs) -> anyhow::Result<u8> {
     let own = env!("CARGO_PKG_VERSION");
     let there = &manifest.identity.tsc_family;
     if own != there {
-        let reason =
-            format!("tsc-family {there} planned this run, and this is {own}; use that version");
-        return Err(Refused(reason).into());
+        return refuse(format!(
+            "tsc-family {there} planned this run, and this is {own}; use that version"
+        ));
     }
     let prepared =
         args.networks.clone().unwrap_or_else(|| PathBuf::from(&manifest.provenance.networks));
@@ -72,14 +70,11 @@ pub(super) fn run(args: &ResumeArgs) -> anyhow::Result<u8> {
         Ok(Results::load_known(&layout, &session.manifest)?.under_way(&begun))
     };
     let results = read()?;
-    let jobs = args.workers.here(available_parallelism().map_or(1, |j| j.get()));
     let local = LocalRun {
         session: &session,
         domain,
         launcher: args.controllers.launcher()?,
-        jobs,
-        stall_timeout_s: args.workers.stall_timeout,
-        memory_per_worker_mb: args.workers.memory_mb(jobs)?,
+        limits: &args.workers.limits,
         against: None,
         json: false,
         quiet: args.quiet,
@@ -103,7 +98,7 @@ pub(super) fn run(args: &ResumeArgs) -> anyhow::Result<u8> {
     let mut methods = identity.methods.iter();
     methods.try_for_each(|method| check_own(domain, &layout, identity, method))?;
     args.workers.check(executor)?;
-    check_prepared_folder(&session)?;
+    check_prepared(domain, &session.manifest, &session.prepared)?;
     args.workers.lines()?;
     let interrupted = interrupted()?;
     // What failed is forgotten when nothing refuses to try it again.

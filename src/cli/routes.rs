@@ -8,9 +8,7 @@ use super::folder::{EPISODE, check_file};
 use super::output::{line, note};
 use super::point::unknown_point;
 use super::scenario::ScenarioArg;
-use super::values::parse_seed;
-use crate::cli::exit;
-use crate::cli::refused::Refused;
+use crate::cli::exit::{self, Refused, refuse};
 use crate::files::{FileError, quoted, write_atomically};
 use crate::hash::sha256;
 use crate::store::Layout;
@@ -53,7 +51,7 @@ pub struct RoutesArgs {
     #[arg(long, value_name = "NAME", requires = "run")]
     pub method: Option<String>,
     /// Seed of the episode [default with --run: the first evaluation episode]
-    #[arg(long, value_name = "S", value_parser = parse_seed, required_unless_present = "run")]
+    #[arg(long, value_name = "S", required_unless_present = "run")]
     pub seed: Option<u64>,
     /// Training, from 0, of a method that was trained several times
     #[arg(long, value_name = "R", default_value_t = 0)]
@@ -70,7 +68,7 @@ pub(super) fn run(args: &RoutesArgs) -> anyhow::Result<u8> {
     match (&args.run, &args.method, args.seed) {
         (Some(dir), Some(method), _) => episode(args, dir, method),
         (None, _, Some(seed)) => vehicles(args, seed),
-        _ => Err(Refused("give --run with --method, or --seed".to_owned()).into()),
+        _ => refuse("give --run with --method, or --seed"),
     }
 }
 
@@ -112,8 +110,7 @@ fn episode(args: &RoutesArgs, dir: &Path, method: &str) -> anyhow::Result<u8> {
     let results = Results::load(&layout)?;
     let identity = &results.manifest.identity;
     if identity.domain != Traffic::NAME {
-        let reason = format!("{} has no signals: it is of {}", dir.display(), identity.domain);
-        return Err(Refused(reason).into());
+        return refuse(format!("{} has no signals: it is of {}", dir.display(), identity.domain));
     }
     let point = point_of(identity, dir, &args.point)?;
     let record = record_of(&results, (dir, &point.point), method, args.replicate)?;
@@ -158,8 +155,7 @@ fn record_of<'a>(
     if !methods.iter().any(|own| own == method) {
         let hint = did_you_mean(method, methods.iter().map(String::as_str));
         let methods = methods.join(", ");
-        let reason = format!("{dir} has no method {method:?}{hint}; it has {methods}");
-        return Err(Refused(reason).into());
+        return refuse(format!("{dir} has no method {method:?}{hint}; it has {methods}"));
     }
     let is =
         |task: &Task| task.point == point && task.method == method && task.replicate == replicate;
@@ -176,7 +172,7 @@ fn record_of<'a>(
         }
         Some(Some(record)) => return Ok(record),
     };
-    Err(Refused(reason).into())
+    refuse(reason)
 }
 
 fn seed_of(record: &Record, seed: Option<u64>) -> anyhow::Result<u64> {
@@ -189,7 +185,7 @@ fn seed_of(record: &Record, seed: Option<u64>) -> anyhow::Result<u64> {
             let some: Vec<String> = seeds.iter().take(5).map(u64::to_string).collect();
             let some = some.join(", ");
             let reason = format!("--seed {seed} is of no evaluation episode; the first are {some}");
-            Err(Refused(reason).into())
+            refuse(reason)
         }
     }
 }

@@ -3,11 +3,11 @@
 mod arguments;
 mod begun;
 mod looks;
-mod seeds;
 
 pub(super) use arguments::RunArgs;
 
-use std::num::NonZeroU32;
+use std::fmt::Write;
+use std::num::{NonZero, NonZeroU32};
 use std::path::Path;
 use std::thread::available_parallelism;
 use std::time::Duration;
@@ -15,27 +15,28 @@ use std::time::Duration;
 use serde_json::json;
 
 use self::begun::Begun;
-use super::dry_run::estimate;
+use super::estimate::{read, settings_of, warn_of_settings};
 use super::executors::{Executes, hand_over};
 use super::folder::RESULTS;
 use super::interrupt::interrupted;
-use super::json::merge;
 use super::local_run::LocalRun;
-use super::output::{Counted, line, note};
-use super::recorded::{design, read, settings_of, warn_of_settings};
+use super::output::{Counted, duration, line, note};
 use super::subject::Subject;
 use crate::analysis::check_name;
-use crate::cli::exit;
-use crate::cli::refused::Refused;
+use crate::cli::exit::{self, Refused, refuse, without_effect};
+use crate::files::{self, limits};
 use crate::heartbeat;
 use crate::report::format;
+use crate::run::effort::Efforts;
+use crate::run::error::RunError;
 use crate::run::method::{Method, Training};
 use crate::run::plan::{Draft, EVALUATION_SEEDS, Request, draft};
 use crate::run::session::{Session, open};
 use crate::run::watchdog::Watchdog;
-use crate::sample::{Choice, Sampling};
+use crate::sample::{Choice, Design, Sampling};
+use crate::seed::evaluation_of;
 use crate::store::manifest::Identity;
-use crate::traffic::sim::SimError;
+use crate::store::most::MOST_EVALUATION_SEEDS;
 
 /// Most warnings that a run prints when it begins.
 const MOST_WARNINGS: usize = 20;
@@ -46,37 +47,33 @@ const ALL: &str = "all";
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let subject = Subject::new(args)?;
     let out = args.out.clone();
-    let out = out.unwrap_or_else(|| Path::new("results").join(&subject.problem().family().name));
+    let out = out.unwrap_or_else(|| Path::new("results").join(&subject.problem.family().name));
     let begun = Begun::find(args, &subject, &out)?;
     let mut methods = match &begun {
         Some(begun) if args.methods.is_empty() => begun.identity.methods.clone(),
         Some(begun) => begun.with(methods(&args.methods, &subject)),
         None => methods(&args.methods, &subject),
     };
-    args.controllers.check(subject.domain())?;
+    args.controllers.check(subject.domain)?;
     for name in args.controllers.names().filter(|name| !methods.contains(name)).collect::<Vec<_>>()
     {
         methods.push(name);
     }
-    for text in subject.models_elsewhere(&args.controllers)?.iter().filter(|_| !args.quiet) {
-        note(format!("warning: {text}"));
-    }
     let there = begun.as_ref().map(|begun| &begun.identity);
     if let Some(name) = args.replace.iter().find(|m| !there.is_some_and(|t| t.methods.contains(m)))
     {
-        let reason = format!("--replace {name}: {} has no records of it", out.display());
-        return Err(Refused(reason).into());
+        return refuse(format!("--replace {name}: {} has no records of it", out.display()));
     }
     let choice = choice(args, &subject, begun.as_ref())?;
     // Those that a folder was given in a file stay.
     let kept = || there.filter(|t| args.eval_seeds.is_none() && t.base_seed == args.seed);
     let seeds = match &args.seeds {
-        Some(path) => Some(seeds::read(path)?),
+        Some(path) => Some(read_seeds(path)?),
         None => kept().map(|t| t.evaluation_seeds.clone()),
     };
     let request = Request {
-        domain: subject.domain(),
-        problem: subject.problem(),
+        domain: subject.domain,
+        problem: subject.problem.as_ref(),
         choice: &choice,
         methods: &methods,
         base_seed: args.seed,
@@ -96,50 +93,53 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     }
     check(args, &request, &draft)?;
     looks::grow(args, &methods, request.domain.baseline(), &mut draft)?;
-    subject.check(args, &draft)?;
-    let processors = available_parallelism().map_or(1, |j| j.get());
-    let jobs = args.workers.here(processors);
+    let chosen = draft.chosen();
+    let mut lacking = draft.methods.iter().filter_map(|m| subject.problem.lacking(m, &chosen));
+    if let Some(reason) = lacking.next() {
+        return refuse(reason);
+    }
+    let jobs = args.workers.limits.here();
     let warnings = {
-        let _watchdog = prepared_in(Duration::from_secs(args.workers.stall_timeout));
-        subject.examine()
+        let _watchdog = prepared_in(Duration::from_secs(args.workers.limits.stall_timeout));
+        subject.problem.warnings().map_err(RunError::Prepare)
     };
     let warnings = match warnings {
         // A plan needs no SUMO.
-        Err(SimError::Unavailable(_) | SimError::Absent(_)) if args.dry_run => {
+        Err(e) if args.dry_run && exit::code(&e) == exit::NO_SUMO => {
             note("the signals were not checked, because SUMO is missing");
-            &[]
+            Vec::new()
         }
         warnings => warnings?,
     };
     if !args.quiet {
-        say_warnings(warnings, args.dry_run);
+        say_warnings(&warnings, args.dry_run);
     }
     draft.memory_per_worker_mb = match args.executor {
-        Executes::Local => args.workers.memory_mb(jobs)?,
+        Executes::Local => args.workers.limits.memory_mb(jobs)?,
         // Each job has its share of what it was given.
-        Executes::Slurm | Executes::Script => args.workers.memory_per_worker,
+        Executes::Slurm | Executes::Script => args.workers.limits.memory_per_worker,
     };
     if args.dry_run {
         if args.json {
             for draw in &draft.sample.draws {
-                let mut value = json!({"event": "plan", "methods": draft.methods});
-                merge(&mut value, draw);
+                let mut value = json!(draw);
+                value["event"] = "plan".into();
+                value["methods"] = json!(draft.methods);
                 line(value)?;
             }
         } else {
-            line(estimate(&request, &draft, jobs, processors)?)?;
+            line(forecast(&request, &draft, jobs)?)?;
         }
         return Ok(exit::DONE);
     }
     RESULTS.check(&out, "--out", Some(args.force))?;
-    subject.check_folder()?;
     let made = Counted::new(
         draft.sample.draws.len(),
         "networks",
-        args.quiet || args.json || !subject.builds(),
+        args.quiet || args.json || !subject.builds,
     );
     let session = {
-        let _watchdog = prepared_in(Duration::from_secs(args.workers.stall_timeout));
+        let _watchdog = prepared_in(Duration::from_secs(args.workers.limits.stall_timeout));
         open(&request, &draft, &out, &|point| {
             heartbeat::beat(1);
             made.set(point);
@@ -150,7 +150,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     if let Some(kept) = session.kept {
         say_added(args, &session, there, kept)?;
     }
-    work(args, &request, &session, jobs)
+    work(args, &request, &session)
 }
 
 /// Says what was added to a run that was there.
@@ -210,29 +210,26 @@ fn prepared_in(limit: Duration) -> Option<Watchdog> {
 
 /// Returns which point MDPs are asked for: those of another run, a budget, those that are there already, or all.
 fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::Result<Choice> {
-    let family = subject.problem().family();
+    let family = subject.problem.family();
     let size = family.points.len();
     if let Some(dir) = &args.like {
         return begun::like(dir);
     }
     let budget = args.budget.and_then(|budget| budget.0);
     if let Some(dir) = &args.assist {
-        let Some(budget) = budget else {
-            let reason = "--assist has no effect: every point MDP is evaluated; give a --budget";
-            return Err(Refused(reason.to_owned()).into());
+        let sampling = args.sampling.unwrap_or(Sampling::BayesianQuadrature);
+        let Some(budget) = budget.filter(|_| sampling == Sampling::BayesianQuadrature) else {
+            return refuse("--assist has no effect: it is for a --budget by bayesian-quadrature");
         };
         let (known, analysis) = read(dir)?;
         let there = settings_of(&known, &analysis);
         if !args.quiet {
-            let here = subject.problem().settings();
+            let here = subject.problem.settings();
             warn_of_settings(&dir.display().to_string(), &there, &here);
         }
-        let sampling = args.sampling.unwrap_or(Sampling::BayesianQuadrature);
-        if sampling != Sampling::BayesianQuadrature {
-            let reason = "--assist has no effect: only --sampling bayesian-quadrature knows scores";
-            return Err(Refused(format!("{reason}; leave one of them out")).into());
-        }
-        let design = Some(design(family, sampling, Some((&known, dir)))?);
+        let mut design = Design::of(family);
+        known.add_to(&mut design, &dir.display().to_string())?;
+        let design = Some(design.for_sampling(sampling));
         return Ok(Choice::Budget { budget, sampling, design, assisting: Some(there) });
     }
     // Another sampling than that of the folder is another sample.
@@ -258,57 +255,41 @@ fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::R
 /// signals do today.
 fn methods(names: &[String], subject: &Subject) -> Vec<String> {
     let named = |wanted: &dyn Fn(&Method) -> bool| {
-        let methods = subject.domain().methods().iter();
+        let methods = subject.domain.methods().iter();
         methods.filter(|m| wanted(m)).map(|m| m.name.to_owned()).collect()
     };
     match names {
-        [] => named(&|m| m.default || subject.today() == Some(m.name)),
-        names if names.iter().any(|name| name == ALL) => named(&|m| subject.can_run(m)),
+        [] => named(&|m| m.default || subject.problem.today() == Some(m.name)),
+        names if names.iter().any(|name| name == ALL) => named(&|m| subject.problem.can_run(m)),
         names => names.to_vec(),
     }
 }
 
 /// Refuses what has no effect, whatever is evaluated.
 fn check(args: &RunArgs, request: &Request<'_>, draft: &Draft) -> anyhow::Result<()> {
-    let refuse = |flag: &str, reason: &str| -> anyhow::Result<()> {
-        Err(Refused(format!("{flag} has no effect: {reason}; leave it out")).into())
-    };
-    if args.sampling.is_some() && matches!(request.choice, Choice::All) {
-        return refuse("--sampling", "without a --budget, every point MDP is evaluated");
-    }
-    if args.sampling.is_some() && request.problem.family().points.len() == 1 {
-        return refuse("--sampling", "there is one point MDP only");
-    }
-    if request.replicates > 1 && draft.replicated.is_empty() {
-        return refuse("--replicates", "no method tunes or learns");
-    }
     args.workers.check(args.executor)?;
-    if args.executor != Executes::Local && args.against.is_some() {
-        return refuse("--against", "the report comes later, from `report --against`");
-    }
-    let learners = request.domain.methods().iter().filter(|m| m.training == Training::Learned);
-    let learners: Vec<&str> = learners.map(|m| m.name).collect();
-    if args.episodes.is_some() && !draft.methods.iter().any(|m| learners.contains(&m.as_str())) {
-        let reason = format!("no method learns; {} do", learners.join(", "));
-        return refuse("--episodes", &reason);
-    }
-    Ok(())
+    let is_learner = |m: &&Method| m.training == Training::Learned;
+    let learners = request.domain.methods().iter().filter(is_learner).map(|m| m.name);
+    let learners: Vec<&str> = learners.collect();
+    let learns = draft.methods.iter().any(|m| learners.contains(&m.as_str()));
+    let is_whole = matches!(request.choice, Choice::All) || draft.sample.family_size == 1;
+    let is_later = args.executor != Executes::Local && args.against.is_some();
+    let is_alone = request.replicates > 1 && draft.replicated.is_empty();
+    without_effect(&[
+        ("--sampling", args.sampling.is_some() && is_whole, "every point MDP is evaluated"),
+        ("--replicates", is_alone, "no method tunes or learns"),
+        ("--against", is_later, "`report --against` comes later"),
+        ("--episodes", args.episodes.is_some() && !learns, "no method learns"),
+    ])
 }
 
 /// Does the tasks that are missing, then reports; or hands them over.
-fn work(
-    args: &RunArgs,
-    request: &Request<'_>,
-    session: &Session<'_>,
-    jobs: usize,
-) -> anyhow::Result<u8> {
+fn work(args: &RunArgs, request: &Request<'_>, session: &Session<'_>) -> anyhow::Result<u8> {
     let local = LocalRun {
         session,
         domain: request.domain,
         launcher: args.controllers.launcher()?,
-        jobs,
-        stall_timeout_s: args.workers.stall_timeout,
-        memory_per_worker_mb: args.workers.memory_mb(jobs)?,
+        limits: &args.workers.limits,
         against: args.against.as_deref(),
         json: args.json,
         quiet: args.quiet,
@@ -333,4 +314,93 @@ fn work(
         done = Some(results.plan().len());
     }
     local.summarise()
+}
+
+/// Returns the plan in words, for so many workers.
+fn forecast(request: &Request<'_>, draft: &Draft, jobs: usize) -> Result<String, RunError> {
+    let sample = &draft.sample;
+    let replicates = |method: &String| match draft.replicated.contains(method) {
+        true => u64::from(request.replicates),
+        false => 1,
+    };
+    let per_point: u64 = draft.methods.iter().map(replicates).sum();
+    let tasks = sample.draws.len() as u64 * per_point;
+    let mut text = format!(
+        "{} of {} ({}, seed {}), {}, {}",
+        sample.draws.len(),
+        format::count(sample.family_size, "point MDP"),
+        sample.sampling.name(),
+        sample.seed,
+        format::count(draft.methods.len(), "method"),
+        format::count(tasks as usize, "task"),
+    );
+    let mut episodes = 0;
+    let (mut all_s, mut longest_s, mut is_informed) = (0.0, 0.0_f64, false);
+    let efforts = Efforts::of_request(request)?;
+    for draw in &sample.draws {
+        for method in &draft.methods {
+            let effort = efforts.task(method, &draw.point)?;
+            episodes += replicates(method) * u64::from(effort.episodes());
+            all_s += replicates(method) as f64 * effort.whole_seconds();
+            longest_s = longest_s.max(effort.whole_seconds());
+            is_informed |= effort.is_informed;
+        }
+        write!(text, "\n{:40} weight {:.4}", draw.point, draw.weight)
+            .expect("writing to a string cannot fail");
+    }
+    write!(text, "\n{episodes} episodes at most").expect("writing to a string cannot fail");
+    if is_informed {
+        let time_s = (all_s / jobs.min(available_parallelism().map_or(1, NonZero::get)) as f64)
+            .max(longest_s);
+        let time = duration(Duration::from_secs_f64(time_s));
+        write!(text, ", about {time} with {}", format::count(jobs, "worker"))
+            .expect("writing to a string cannot fail");
+    }
+    Ok(text)
+}
+
+/// Reads evaluation seeds: a whole number per line; what follows a `#` is a comment.
+fn read_seeds(path: &Path) -> anyhow::Result<Vec<u64>> {
+    let text = files::read_text(path, limits::DOCUMENT)?;
+    let wrong = |line: usize| {
+        Refused(format!(
+            "{}, line {line}: expected one whole number from 0 to 2147483647 per line, each once, and at most \
+             {MOST_EVALUATION_SEEDS}",
+            path.display()
+        ))
+    };
+    let mut seeds = Vec::new();
+    for (line, text) in (1..).zip(text.lines()) {
+        let number = text.split('#').next().unwrap_or_default().trim();
+        if !number.is_empty() {
+            let seed = number.parse().ok().and_then(evaluation_of);
+            seeds.push(seed.filter(|seed| !seeds.contains(seed)).ok_or_else(|| wrong(line))?);
+        }
+    }
+    match seeds.len() {
+        0 => Err(wrong(1).into()),
+        n if n > MOST_EVALUATION_SEEDS as usize => Err(wrong(n).into()),
+        _ => Ok(seeds),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_has_a_seed_per_line() {
+        let read = |text: &str| {
+            let file = tempfile::NamedTempFile::new().unwrap();
+            std::fs::write(file.path(), text).unwrap();
+            read_seeds(file.path()).map_err(|e| e.to_string())
+        };
+        let seeds = read("# of the paper\n1\n\n 1889785958 # as in a manifest\n");
+        assert_eq!(seeds, Ok(vec![evaluation_of(1).unwrap(), 1_889_785_958]));
+        // The last has the same episode in its two ways of writing.
+        for wrong in ["1\n2,3", "1\n-1", "1\n2147483648", "7\n7", "7\n1073741831"] {
+            assert!(read(wrong).unwrap_err().contains(", line 2: expected one whole"), "{wrong}");
+        }
+        assert!(read("# nothing\n").is_err());
+    }
 }

@@ -1,12 +1,12 @@
 //! The scenario of a subcommand, and the settings that replace its own.
 
+use crate::cli::exit::{refuse, without_effect};
 use std::path::Path;
 
 use clap::ValueEnum;
 use clap::builder::PossibleValuesParser;
 
 use crate::cli::output::note;
-use crate::cli::refused::Refused;
 use crate::domains::{entry_of, others};
 use crate::family::FamilyError;
 use crate::files::quoted;
@@ -18,6 +18,8 @@ use crate::traffic::family::load::{
     EMBEDDED, LoadedScenario, Uncounted, load_uncounted, load_with,
 };
 use crate::traffic::settings::Preset;
+use crate::traffic::sim::obstacle::{Accept, Given};
+use crate::traffic::sim::sumocfg::seconds;
 
 /// Name of the scenario where none is given.
 pub(super) const DEFAULT_SCENARIO: &str = "salt-lake-city";
@@ -100,10 +102,9 @@ impl ScenarioArg {
     fn check_signals(&self) -> anyhow::Result<()> {
         if let Some(entry) = self.entry()? {
             let (scenario, domain) = (&self.scenario, entry.domain.name());
-            return Err(Refused(format!(
+            return refuse(format!(
                 "{scenario}: a scenario of {domain} has no signals; `run`, `report` and `list` know it"
-            ))
-            .into());
+            ));
         }
         Ok(())
     }
@@ -134,4 +135,45 @@ fn with_others(error: FamilyError) -> FamilyError {
     let embedded: Vec<&str> = std::iter::once(embedded.as_str()).chain(others()).collect();
     let meant = if meant.is_empty() { did_you_mean(&name, others()) } else { meant };
     FamilyError::UnknownScenario { embedded: embedded.join(", "), name, meant }
+}
+
+/// Options on SUMO scenarios of somebody's own.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct SumocfgArgs {
+    /// Start of SUMO scenarios, seconds or HH:MM:SS [default: their own]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub begin: Option<f64>,
+    /// End of SUMO scenarios, seconds or HH:MM:SS [default: their own]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub end: Option<f64>,
+    /// Length of a step of SUMO scenarios, seconds [default: their own]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub step_length: Option<f64>,
+    /// Things in SUMO scenarios that are refused without this option
+    #[arg(long, value_name = "WHAT,...", value_enum, value_delimiter = ',')]
+    pub accept: Vec<Accept>,
+}
+
+impl SumocfgArgs {
+    /// Returns what is said.
+    pub fn given(&self) -> Given {
+        Given {
+            begin_s: self.begin,
+            end_s: self.end,
+            step_length_s: self.step_length,
+            accept: self.accept.iter().copied().collect(),
+        }
+    }
+
+    /// Refuses what has no effect where no SUMO scenario is given.
+    pub fn check(&self, imported: bool) -> anyhow::Result<()> {
+        let has = |is_given: bool| is_given && !imported;
+        let reason = "no SUMO configuration is given";
+        without_effect(&[
+            ("--begin", has(self.begin.is_some()), reason),
+            ("--end", has(self.end.is_some()), reason),
+            ("--step-length", has(self.step_length.is_some()), reason),
+            ("--accept", has(!self.accept.is_empty()), reason),
+        ])
+    }
 }

@@ -2,22 +2,15 @@
 
 use std::path::PathBuf;
 
-use serde_json::Value;
-
-use super::folder::SENSITIVITY;
-use super::output::{line, note};
-use super::target::Target;
-use super::values::parse_seed;
+use super::folder::{SENSITIVITY, Target};
+use super::output::{events, line, note};
+use super::values::number;
 use crate::analysis::sensitivity::{Question, Sensitivity};
 use crate::cli::exit;
 use crate::domains;
 use crate::files::{make_folder, write_atomically};
 use crate::store::Layout;
 use crate::store::results::Results;
-
-/// Concentrations beyond which random distributions are no longer told apart from a single point MDP, or from equal
-/// weights.
-const CONCENTRATIONS: (f64, f64) = (0.001, 1000.0);
 
 /// `tsc-family sensitivity`.
 #[derive(Debug, clap::Args)]
@@ -39,10 +32,10 @@ pub struct SensitivityArgs {
     pub weigh_by: Vec<String>,
     /// Concentration of random importance: with 1 all distributions are equally likely; smaller values make few
     /// point MDPs count
-    #[arg(long, value_name = "NUMBER", default_value = "1", value_parser = parse_concentration)]
+    #[arg(long, value_name = "NUMBER", default_value = "1", value_parser = number(0.001, 1000.0))]
     pub concentration: f64,
     /// Seed of random importance
-    #[arg(long, value_name = "NUMBER", default_value = "0", value_parser = parse_seed)]
+    #[arg(long, value_name = "NUMBER", default_value = "0")]
     pub seed: u64,
     /// Point MDP that is usually reported for the family (repeatable)
     #[arg(long, value_name = "POINT")]
@@ -53,13 +46,6 @@ pub struct SensitivityArgs {
     /// Print JSON lines instead of the tables
     #[arg(long)]
     pub json: bool,
-}
-
-fn parse_concentration(text: &str) -> Result<f64, String> {
-    let (least, most) = CONCENTRATIONS;
-    let number: Option<f64> = text.parse().ok();
-    let number = number.filter(|number| (least..=most).contains(number));
-    number.ok_or_else(|| format!("expected a number from {least} to {most}"))
 }
 
 pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<u8> {
@@ -87,10 +73,7 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<u8> {
     let path = target.folder.join("distributions.csv");
     write_atomically(&path, data.rows().csv().as_bytes())?;
     if args.json {
-        for mut row in data.rows().json() {
-            row.insert("event".to_owned(), "distribution".into());
-            line(Value::Object(row))?;
-        }
+        events("distribution", data.rows().json())?;
     } else {
         line(data.text())?;
     }

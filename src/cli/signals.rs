@@ -1,19 +1,28 @@
 //! `tsc-family signals`: what is derived of a scenario's signals, as text or JSON lines.
 
 mod look;
-mod text;
 
 use std::path::{Path, PathBuf};
 
-use self::look::look;
+use osm_signals::DrivingSide;
+use serde_json::Value;
+
+use self::look::{Look, look};
 use super::build_networks::network;
 use super::output::{line, note};
 use super::point::unknown_point;
-use super::scenario::ScenarioArg;
-use super::sumocfg_options::SumocfgArgs;
+use super::scenario::{ScenarioArg, SumocfgArgs};
 use crate::cli::exit;
-use crate::cli::refused::Refused;
+use crate::report::table::Columns;
 use crate::traffic::city::folder::default_folder;
+use crate::traffic::env::warnings::{folded, warnings};
+
+/// The tables of a signal: where its rows are in JSON, and its columns.
+const TABLES: [(&str, &[&str]); 3] = [
+    ("lanes", &["lane", "length_m", "seen_m", "street_width_m", "upstream"]),
+    ("movements", &["movement", "from", "turn", "lanes", "links", "downstream"]),
+    ("phases", &["phase", "state", "counts", "right_of_way", "yielding"]),
+];
 
 /// `tsc-family signals`.
 #[derive(Debug, clap::Args)]
@@ -49,11 +58,6 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
     let loaded = args.scenario.signals(&args.scenario.settings())?;
     let path = Path::new(&args.place);
     let imported = path.is_file() || path.extension().is_some_and(|e| e == "sumocfg");
-    if imported && args.networks.is_some() {
-        return Err(
-            Refused("--networks has no effect: a SUMO configuration is given".into()).into()
-        );
-    }
     args.given.check(imported)?;
     let config = if imported {
         path.to_path_buf()
@@ -69,14 +73,14 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
     if imported {
         look.notes.iter().for_each(|text| note(format!("warning: {text}")));
     }
-    for number in 0..look.signals.len() {
+    for number in 0..look.loaded.signals.len() {
         if args.json {
             line(look.json(number))?;
         } else {
-            line(text::text(&look, number))?;
+            line(text(&look, number))?;
         }
     }
-    for left_alone in look.left_alone() {
+    for left_alone in look.loaded.left_alone() {
         // A line of JSON is a signal.
         match args.json {
             true => note(left_alone),
@@ -84,4 +88,38 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
         }
     }
     Ok(exit::DONE)
+}
+
+/// Returns a signal in words.
+fn text(look: &Look, number: usize) -> String {
+    let (signal, json) = (&look.loaded.signals[number], look.json(number));
+    let side = match look.side {
+        DrivingSide::Right => "",
+        DrivingSide::Left => " (left-hand traffic; movements are numbered as in the mirror image)",
+    };
+    let mut text = format!("signal {}{side}", signal.spec.id);
+    for (name, keys) in TABLES {
+        let mut columns = Columns::<&Value>::new();
+        for key in keys {
+            columns = columns.text(key, key, move |row| cell(&row[*key]));
+        }
+        let table = columns.table(json[name].as_array().into_iter().flatten());
+        text.push_str(&format!("\n{}", table.plain()));
+    }
+    for warning in folded(&warnings(signal)) {
+        text.push_str(&format!("\n  warning: {warning}"));
+    }
+    text
+}
+
+/// Returns a value; of several with spaces between them.
+fn cell(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Array(values) => values.iter().map(cell).collect::<Vec<_>>().join(" "),
+        Value::Number(number) if number.is_f64() => {
+            format!("{:.1}", number.as_f64().unwrap_or_default())
+        }
+        other => other.to_string(),
+    }
 }

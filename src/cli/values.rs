@@ -23,10 +23,6 @@ pub(super) fn parse_budget(text: &str) -> Result<Budget, String> {
     Ok(Budget(Some(number)))
 }
 
-pub(super) fn at_least_one(text: &str) -> Result<NonZeroU32, String> {
-    text.parse().map_err(|_| format!("expected a whole number from 1 to {}", u32::MAX))
-}
-
 /// Reads a number from 1 to `MOST`.
 pub(super) fn from_one_to<const MOST: u32>(text: &str) -> Result<NonZeroU32, String> {
     let number = text.parse().ok().filter(|number: &NonZeroU32| number.get() <= MOST);
@@ -48,15 +44,10 @@ pub(super) fn megabytes() -> RangedU64ValueParser {
     RangedU64ValueParser::new().range(50..=1_000_000_000)
 }
 
-/// Returns a time in minutes, above 0.
-pub(super) fn minutes(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(minutes) if minutes > 0.0 && minutes <= 1e6 => Ok(minutes),
-        _ => Err("give minutes above 0, such as 30 or 0.5".to_owned()),
+/// Returns what reads a number within bounds.
+pub(super) fn number(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| {
+        let number = text.parse().ok().filter(|number| (least..=most).contains(number));
+        number.ok_or_else(|| format!("expected a number from {least} to {most}"))
     }
-}
-
-/// Reads a seed.
-pub(super) fn parse_seed(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
 }

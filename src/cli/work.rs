@@ -6,17 +6,15 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::controllers::ControllersArgs;
-use super::executors::limit_mb;
+use super::executors::LimitsArgs;
 use super::interrupt::interrupted;
 use super::local_run::other_build;
 use super::output::{line, note};
-use super::values::{at_least_a_second, at_least_one_worker, megabytes};
-use crate::cli::exit;
-use crate::cli::refused::Refused;
+use super::values::at_least_a_second;
+use crate::cli::exit::{self, refuse};
 use crate::report::format;
 use crate::run::batch::packs_of;
 use crate::run::executor::{Event, Executor, Local};
-use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::run::worker::task_of;
 use crate::store::Layout;
 use crate::store::manifest::{Manifest, Task};
@@ -37,15 +35,9 @@ pub struct WorkArgs {
     /// Folder of the networks or whatever was prepared [default: the manifest's]
     #[arg(long, value_name = "DIR")]
     pub prepared: Option<PathBuf>,
-    /// Worker processes at the same time
-    #[arg(long, short, value_name = "J", default_value = "1", value_parser = at_least_one_worker)]
-    pub jobs: NonZeroUsize,
-    /// Time without a simulated step after which a task fails
-    #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
-    pub stall_timeout: u64,
-    /// Memory in MB beyond which a worker is ended and its task fails [default: an equal share of 90% of the job's]
-    #[arg(long, value_name = "MB", value_parser = megabytes())]
-    pub memory_per_worker: Option<u64>,
+    /// How many workers there are, and what each may take
+    #[command(flatten)]
+    pub limits: LimitsArgs,
     /// Methods that are not the program's own
     #[command(flatten)]
     pub controllers: ControllersArgs,
@@ -62,9 +54,10 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
     let packs = packs_of(&layout, args.submission)?.unwrap_or_default();
     let Some(pack) = packs.get(args.pack) else {
         let (number, count) = (args.submission, packs.len());
-        let reason =
-            format!("submission {number} has {count} packs, from 0, and no pack {}", args.pack);
-        return Err(Refused(reason).into());
+        return refuse(format!(
+            "submission {number} has {count} packs, from 0, and no pack {}",
+            args.pack
+        ));
     };
     let task = |row: &usize| task_of(&args.dir, &manifest.identity, *row);
     let tasks = pack.iter().map(task).collect::<Result<Vec<Task>, _>>()?;
@@ -75,16 +68,16 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
     if !todo.is_empty() {
         other_build(&manifest).into_iter().for_each(note);
     }
-    let executor = Local {
+    let executor = args.limits.applied(Local {
         manifest: manifest.sha256(),
         launcher: args.controllers.launcher()?,
         prepared: args.prepared.clone().unwrap_or_default(),
-        jobs: args.jobs.get(),
-        stall_timeout: Duration::from_secs(args.stall_timeout),
+        jobs: args.limits.jobs.map_or(1, NonZeroUsize::get),
+        stall_timeout: Duration::ZERO,
         grace: Duration::from_secs(args.grace),
-        memory_per_worker_mb: limit_mb(args.memory_per_worker, args.jobs.get())?,
+        memory_per_worker_mb: None,
         layout,
-    };
+    })?;
     let mut left = todo.len();
     executor.run(&todo, &interrupted, &mut |event| match event {
         Event::Finished(record) => {

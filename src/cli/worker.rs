@@ -1,13 +1,17 @@
 //! `tsc-family worker`: one task in a process of its own.
 
-use std::io::Read;
+use std::fs::File;
+use std::io::{self, Read, Write};
 use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
+
+use rustix::io::fcntl_dupfd_cloexec;
+use rustix::stdio::{dup2_stdout, stderr, stdout};
 
 use super::controllers::{self, ControllersArgs};
 use super::interrupt::stop;
 use super::output::note;
-use super::protocol::Protocol;
 use super::values::at_least_a_second;
 use crate::cli::exit;
 use crate::domains::domains;
@@ -16,6 +20,9 @@ use crate::run::progress::{Failure, Fault, News, WorkerLine};
 use crate::run::watchdog::{STALL_TIMEOUT_S, Watchdog, stalled};
 use crate::run::worker::{Errand, serve};
 use anyhow::Context;
+
+/// First descriptor that the pipe may get, beyond the three standard ones.
+const BEYOND_STANDARD: i32 = 3;
 
 /// `tsc-family worker`.
 #[derive(Debug, clap::Args)]
@@ -110,4 +117,26 @@ fn end_with_parent() {
 /// Ends this process at once: not by `exit`, which would run SUMO's destructors while the main thread simulates.
 fn end() {
     let _ = rustix::process::kill_process(rustix::process::getpid(), rustix::process::Signal::KILL);
+}
+
+/// The pipe to the parent.
+#[derive(Debug, Clone)]
+struct Protocol(Arc<Mutex<File>>);
+
+impl Protocol {
+    /// Takes over standard output; what is written there from now on, by simulators and methods of somebody's own, goes
+    /// to standard error, which is the log. Processes that they start do not inherit the pipe.
+    fn begin() -> io::Result<Self> {
+        let pipe = fcntl_dupfd_cloexec(stdout(), BEYOND_STANDARD)?;
+        dup2_stdout(stderr())?;
+        Ok(Self(Arc::new(Mutex::new(File::from(pipe)))))
+    }
+
+    /// Says something; a parent that has gone away is noticed by its closed pipe.
+    fn say(&self, what: &WorkerLine) {
+        let mut line = serde_json::to_string(what).expect("plain data");
+        line.push('\n');
+        let mut pipe = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let _ = pipe.write_all(line.as_bytes());
+    }
 }

@@ -75,7 +75,9 @@ fn the_page_of_files_has_every_event_that_the_commands_print() {
     let mut printed = BTreeSet::new();
     for folder in ["src/cli", "crates/evaluation/src/report"] {
         for (_, code) in sources(Path::new(folder)) {
-            for mark in ["\"event\": \"", "\"event\".to_owned(), \""] {
+            for mark in
+                ["\"event\": \"", "[\"event\"] = \"", "events(\"", "\"event\".to_owned(), \""]
+            {
                 printed.extend(words(&code, mark));
             }
         }

@@ -188,5 +188,5 @@ fn evaluation_seeds_may_come_from_a_file_and_stay_those_of_the_folder() {
     fs::write(dir.path().join("bad.txt"), "7\nx\n").unwrap();
     let (code, said) =
         refused(&format!("{PPO} --methods ppo --budget 1 --seeds bad.txt --out b"), dir.path());
-    assert!(code == Some(2) && said.contains("bad.txt: line 2: \"x\" is no seed"), "{said}");
+    assert!(code == Some(2) && said.contains("bad.txt, line 2: expected one whole"), "{said}");
 }

@@ -216,10 +216,10 @@ fn what_has_no_effect_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     fs::write(dir.path().join("lines"), "module load sumo\n").unwrap();
     for (args, why) in [
-        ("--sbatch lines", "--sbatch has no effect: only --executor slurm takes lines"),
-        ("--executor script --sbatch lines", "--sbatch has no effect: only --executor slurm"),
+        ("--sbatch lines", "--sbatch has no effect: it is for slurm"),
+        ("--executor script --sbatch lines", "--sbatch has no effect: it is for slurm"),
         ("--job-minutes 3", "--job-minutes has no effect: this machine needs no jobs"),
-        ("--job-minutes 0 --executor slurm", "give minutes above 0"),
+        ("--job-minutes 0 --executor slurm", "expected a number from 0.001"),
         ("--executor slurm --sbatch lines", "line 1: \"module load sumo\" is no #SBATCH line"),
         ("--executor script --against max-pressure", "--against has no effect"),
     ] {

@@ -154,7 +154,7 @@ fn what_cannot_become_a_family_is_refused_with_the_reason() {
         ("build-networks --osm empty.osm --out city", "empty.osm"),
         ("build-networks --osm missing.osm.pbf", "missing.osm.pbf"),
         ("build-networks --out nets --signals far.csv", "--osm"),
-        ("build-networks smoke --out nets --driving-side left", "give one with --osm"),
+        ("build-networks smoke --out nets --driving-side left", "cannot be used with"),
         ("build-networks smoke --osm four_arms.osm", "cannot be used with"),
     ]);
     folder.run(&four("--boundary=-76,39,-74,41"));

@@ -250,8 +250,8 @@ fn a_network_in_utdf_is_simulated_and_its_plans_go_out_and_come_back() {
         ("run networks/n --plan-file a --out x", "\"a\": write NAME=FILE"),
         ("run networks/n --plan-file nema=n.csv --out x", "there is a method nema already"),
         ("run networks/n --plan-file a=none.csv --out x", "none.csv"),
-        ("run cartpole --plan-file a=n.csv --out x", "has no effect on cartpole"),
-        (scenario, "--plan-file a has no effect: plans are of generated networks"),
+        ("run cartpole --plan-file a=n.csv --out x", "only signals have methods of your own"),
+        (scenario, "cannot be used with"),
     ]);
 }
 
@@ -299,7 +299,7 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
     folder.refuses(&[
         (
             "run city --methods existing --out x",
-            "no plan was given for the method existing (1 point MDPs)",
+            "no plan was given, or none that can be shown, for 1 of 1 point MDPs",
         ),
         ("run city --existing c.csv --out x", "c.csv, line 1: a table of turning counts, no plans"),
         ("run city --existing none.csv --out x", "none.csv"),
@@ -322,7 +322,7 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
         ),
         (
             "run --sumocfg city/networks/i0007/i0007.sumocfg --methods existing --out x",
-            "have today is the method program",
+            "no plan was given, or none that can be shown",
         ),
     ]);
     for (from, to, expected) in [

@@ -199,8 +199,8 @@ fn a_look_that_is_not_complete_does_not_count_and_is_gone_on_with() {
 fn what_cannot_grow_or_has_no_effect_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     for (args, words) in [
-        (&["--looks", "4,8", "--budget", "8"][..], "--looks has no effect without --until-decided"),
-        (&["--until-decided", "--within=-1"], "0 or more"),
+        (&["--looks", "4,8", "--budget", "8"][..], "--until-decided"),
+        (&["--until-decided", "--within=-1"], "expected a number from 0"),
         (&["--until-decided", "--methods", "ppo"], "it takes two methods to decide between"),
         (&["--until-decided", "--budget", "8", "--sampling", "k-means"], "needs a balanced sample"),
         (

@@ -86,7 +86,7 @@ fn what_cannot_be_a_controller_is_refused_before_anything_runs() {
         ("run smoke --controller mine=mine.sh:A", "this program has no Python"),
         ("run smoke --controller idqn=exec:true", "there is a method idqn already"),
         ("run smoke --controller \"a=exec:sh -c 'sh\nmine.sh'\"", "a line break"),
-        ("run cartpole --controller a=exec:true", "has no effect on cartpole"),
+        ("run cartpole --controller a=exec:true", "only signals have methods of your own"),
     ]);
 }
 

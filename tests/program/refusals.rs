@@ -50,7 +50,6 @@ fn commands_with_wrong_values_say_what_to_give() {
                 "run smoke --seed=-1",
                 "run smoke --eval-seeds 100000000",
                 "run smoke --methods idqn --episodes 2000000",
-                "run smoke --methods ippo --episodes 20 --set training.episodes=30",
                 "run smoke --budget 0",
                 "run smoke --budget 3",
                 "run smoke --budget some",

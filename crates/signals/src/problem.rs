@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use serde_json::{Value, json};
 
-use crate::control::existing;
+use crate::control::{coordinated, existing, program};
 use crate::environment::hash_scenario;
 use crate::error::TrafficError;
 use crate::existing::Plans;
@@ -25,6 +25,7 @@ use basics::hash::{sha256, sha256_file};
 use evaluation::family::{Feature, MdpFamily, PointMdp};
 use evaluation::run::domain::{Prepared, PreparedPoint, Problem};
 use evaluation::run::fault::Cause;
+use evaluation::run::method::Method;
 use evaluation::store::Layout;
 
 /// A scenario of signals.
@@ -74,13 +75,6 @@ impl SignalProblem {
             .collect::<Result<BTreeMap<_, _>, TrafficError>>()?;
         let warnings = OnceLock::new();
         Ok(Self { loaded, folder, networks, imported, family, plans, warnings })
-    }
-
-    /// Returns which of some point MDPs have no plan that a method could run.
-    pub fn without_plan(&self, method: &str, points: &BTreeSet<&str>) -> Vec<String> {
-        let plans = self.plans.get(method);
-        let lacks = |point: &&&str| !plans.is_some_and(|p| p.of_point.contains_key(**point));
-        points.iter().filter(lacks).map(|point| (*point).to_owned()).collect()
     }
 
     /// Looks at the SUMO scenarios, once: loads each and derives its signals, and returns what is to be said of them. Of a
@@ -189,8 +183,46 @@ impl Problem for SignalProblem {
         Ok(Prepared { simulator, folder: self.networks.display().to_string(), points })
     }
 
-    fn warnings(&self) -> Vec<String> {
-        self.warnings.get().cloned().unwrap_or_default()
+    fn today(&self) -> Option<&'static str> {
+        let all = self.family.points.iter().map(|point| point.id.as_str()).collect();
+        match self.is_imported() {
+            true => Some(program::METHOD.name),
+            false if self.lacking(existing::METHOD.name, &all).is_none() => {
+                Some(existing::METHOD.name)
+            }
+            false => None,
+        }
+    }
+
+    fn can_run(&self, method: &Method) -> bool {
+        let mut signals = self.family.points.iter().map(|point| self.agents(&point.id));
+        match method.name {
+            name if [existing::METHOD.name, program::METHOD.name].contains(&name) => {
+                self.today() == Some(name)
+            }
+            name if name == coordinated::METHOD.name => signals.all(|signals| signals > 1),
+            _ => true,
+        }
+    }
+
+    fn lacking(&self, method: &str, chosen: &BTreeSet<&str>) -> Option<String> {
+        let plans = self.plans.get(method);
+        if plans.is_none() && method != existing::METHOD.name {
+            return None;
+        }
+        let has = |point: &str| plans.is_some_and(|plans| plans.of_point.contains_key(point));
+        let lacking: Vec<&str> = chosen.iter().copied().filter(|point| !has(point)).collect();
+        let first = lacking.first()?;
+        Some(format!(
+            "no plan was given, or none that can be shown, for {} of {} point MDPs, such as {first}, which the method {method} \
+             needs; complete the table, leave them out of the sample (--budget, --like), or leave the method out",
+            lacking.len(),
+            chosen.len()
+        ))
+    }
+
+    fn warnings(&self) -> Result<Vec<String>, Cause> {
+        Ok(self.examine()?.to_vec())
     }
 
     fn write_for_reports(&self, layout: &Layout, stands: &[Option<usize>]) -> Result<(), Cause> {

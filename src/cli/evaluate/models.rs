@@ -3,15 +3,16 @@
 //! It is a run over the same point MDPs and seeds. Baseline and own training are records of the directory, so only the models
 //! are simulated.
 
+use crate::cli::exit::refuse;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::{EvaluateArgs, finish};
+use crate::cli::executors::check_prepared;
 use crate::cli::folder::RESULTS;
 use crate::cli::output::note;
-use crate::cli::refused::Refused;
 use crate::domains;
-use crate::files::{make_folder_beneath, quoted, write_atomically};
+use crate::files::{make_folder_beneath, write_atomically};
 use crate::report::transfer::{Origin, table};
 use crate::run::session::open_after;
 use crate::store::Layout;
@@ -43,16 +44,15 @@ pub(super) fn run(args: &EvaluateArgs, from: &Path, out: &Path) -> anyhow::Resul
     RESULTS.check(out, "--out", None)?;
     let place = |path: &Path| path.canonicalize().ok();
     if place(out).is_some_and(|out| place(from) == Some(out)) {
-        return Err(Refused(format!(
+        return refuse(format!(
             "--out {} is the results directory whose models are taken; give another folder",
             out.display()
-        ))
-        .into());
+        ));
     }
     let controllers = args.controllers()?;
     let prepared = args.networks.clone();
     let prepared = prepared.unwrap_or_else(|| PathBuf::from(&read.manifest.provenance.networks));
-    has_networks(&read.manifest.identity, &prepared)?;
+    check_prepared(domains::traffic(), &read.manifest, &prepared)?;
     let identity = identity(&read.manifest.identity, &models)?;
     let session = open_after(domains::traffic(), &read, identity, out, prepared)?;
     let code = finish(args, &session, &controllers)?;
@@ -70,7 +70,6 @@ pub(super) fn run(args: &EvaluateArgs, from: &Path, out: &Path) -> anyhow::Resul
 /// Returns the models that are asked for, those of a method after one another.
 fn models(args: &EvaluateArgs, layout: &Layout, identity: &Identity) -> anyhow::Result<Vec<Found>> {
     let dir = layout.root().display();
-    let refuse = |reason: String| -> anyhow::Result<Vec<Found>> { Err(Refused(reason).into()) };
     if identity.domain != Traffic::NAME {
         let domain = &identity.domain;
         return refuse(format!("{dir} is of {domain}; models of signals are evaluated elsewhere"));
@@ -121,29 +120,14 @@ fn same_measure(dir: &Path, identity: &Identity) -> anyhow::Result<()> {
     let here = simulator::version()?;
     let (own, there) = (env!("CARGO_PKG_VERSION"), &identity.tsc_family);
     if identity.simulator != here || there != own {
-        return Err(Refused(format!(
+        return refuse(format!(
             "{} was measured by tsc-family {there} with {}, and this is tsc-family {own} with {here}: its baseline and own \
              training are not comparable with what would be measured now; repeat the run, or use that version",
             dir.display(),
             identity.simulator
-        ))
-        .into());
+        ));
     }
     Ok(())
-}
-
-/// Refuses to begin without the networks.
-fn has_networks(identity: &Identity, prepared: &Path) -> anyhow::Result<()> {
-    let domain = domains::traffic();
-    let mut spoilt = identity.points.iter().flat_map(|row| domain.spoilt(row, prepared));
-    let Some(first) = spoilt.next() else { return Ok(()) };
-    let what = if first.is_there { "was altered since" } else { "is missing" };
-    Err(Refused(format!(
-        "{} {what}: the run's networks have to be there as they were; say with --networks where they are, or let its command \
-         build them again",
-        quoted(&first.path)
-    ))
-    .into())
 }
 
 /// Returns what the run of the models is: the point MDPs and seeds of theirs, its baseline, the methods that learned them, and

@@ -5,14 +5,14 @@ use std::path::PathBuf;
 
 use crate::cli::controllers::ControllersArgs;
 use crate::cli::executors::{Executes, WorkersArgs};
-use crate::cli::scenario::ScenarioArg;
-use crate::cli::sumocfg_options::SumocfgArgs;
-use crate::cli::values::{Budget, at_least_one, from_one_to, parse_budget, parse_seed};
+use crate::cli::scenario::{ScenarioArg, SumocfgArgs};
+use crate::cli::values::{Budget, from_one_to, number, parse_budget};
 use crate::sample::Sampling;
 use crate::store::most::{MOST_EVALUATION_SEEDS, MOST_REPLICATES};
 
 /// `tsc-family run`.
 #[derive(Debug, clap::Args)]
+#[command(mut_arg("plans", |plans| plans.conflicts_with("sumocfg")))]
 #[command(after_help = "\
 The same command continues an interrupted run and keeps finished tasks. With more methods, a larger budget \
 or more replicates it adds to the run, whose records stay. Another run in the same directory is refused.
@@ -50,18 +50,18 @@ pub struct RunArgs {
     #[arg(long, value_name = "DIR", conflicts_with_all = ["budget", "sampling", "assist", "sumocfg"])]
     pub like: Option<PathBuf>,
     /// Results of the whole family for methods that do not learn; Bayesian quadrature uses their scores
-    #[arg(long, value_name = "DIR", conflicts_with = "sumocfg")]
+    #[arg(long, value_name = "DIR", requires = "budget", conflicts_with = "sumocfg")]
     pub assist: Option<PathBuf>,
     /// Stop at the first look at which it is known which method is the best, or within --within of the best; methods
     /// that are surely behind drop out before
     #[arg(long)]
     pub until_decided: bool,
     /// How much the answer of --until-decided may lose against the best method; 0 asks for one that is ahead of all others
-    #[arg(long, value_name = "E", default_value_t = 0.03, value_parser = distance, requires = "until_decided")]
+    #[arg(long, value_name = "E", default_value_t = 0.03, value_parser = number(0.0, 1e9), requires = "until_decided")]
     pub within: f64,
     /// Numbers of point MDPs at which the run inspects its results [default: the budget, half of it, and so on down
     /// to 20]
-    #[arg(long, value_name = "N,...", value_delimiter = ',')]
+    #[arg(long, value_name = "N,...", value_delimiter = ',', requires = "until_decided")]
     pub looks: Vec<NonZeroUsize>,
     /// Plans that the signals have today, for the method existing: a table with a row per phase, or UTDF
     /// [default: those of the scenario]
@@ -79,11 +79,11 @@ pub struct RunArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub replace: Vec<String>,
     /// Seed from which all others are derived
-    #[arg(long, default_value_t = 0, value_parser = parse_seed)]
+    #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Training episodes of every learner; short for `--set training.episodes=N` [default: the
     /// scenario's]
-    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    #[arg(long, value_name = "N", value_parser = from_one_to::<{ u32::MAX }>)]
     pub episodes: Option<NonZeroU32>,
     /// Independent trainings on every point MDP, for methods that tune or learn [default: those of the run that is in
     /// --out, else 1]
@@ -109,7 +109,7 @@ pub struct RunArgs {
     #[arg(long)]
     pub force: bool,
     /// Folder of the networks; missing ones are built [default: networks/NAME of the scenario]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "sumocfg")]
     pub networks: Option<PathBuf>,
     /// Method to divide by in a second report, beside the one relative to the baseline
     #[arg(long, value_name = "METHOD")]
@@ -126,10 +126,4 @@ pub struct RunArgs {
     /// Print nothing but warnings and errors
     #[arg(long, short)]
     pub quiet: bool,
-}
-
-/// Reads a distance of scores.
-fn distance(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|number: &f64| (0.0..=1e9).contains(number));
-    number.ok_or_else(|| "expected a number of 0 or more".to_owned())
 }

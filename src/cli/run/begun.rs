@@ -1,10 +1,10 @@
 //! What of a run is there already: a command in its folder adds to it.
 
+use crate::cli::exit::{Refused, refuse};
 use std::path::Path;
 
 use serde_json::Value;
 
-use crate::cli::refused::Refused;
 use crate::cli::subject::Subject;
 use crate::family::MdpFamily;
 use crate::sample::{Choice, Design, Sampling, choose_over};
@@ -38,19 +38,18 @@ impl Begun {
         }
         // Whatever else is wrong with it is said where the run is opened.
         let Ok(Manifest { identity, provenance }) = read else { return Ok(None) };
-        let is_other = identity.domain != subject.domain().name()
-            || identity.scenario != subject.problem().family().name;
+        let is_other = identity.domain != subject.domain.name()
+            || identity.scenario != subject.problem.family().name;
         if is_other || identity.sample.growth.is_some() || args.until_decided {
             return Ok(None);
         }
         let given: Vec<String> = args.controllers.names().collect();
         if let Some(own) = identity.controllers.iter().find(|own| !given.contains(&own.name)) {
             let (out, name) = (out.display(), &own.name);
-            let reason = format!(
+            return refuse(format!(
                 "{out} has the controller {name} ({}), which is not given; give it again, or another --out",
                 own.source
-            );
-            return Err(Refused(reason).into());
+            ));
         }
         Ok(Some(Self { layout, assisting: provenance.assisting, identity }))
     }

@@ -1,11 +1,11 @@
 //! Runs that stop before their budget is spent: what is asked for, what comes next, what is said of a look.
 
+use crate::cli::exit::Refused;
 use serde_json::json;
 
 use super::RunArgs;
 use crate::analysis::Standing;
 use crate::cli::output::{line, note};
-use crate::cli::refused::Refused;
 use crate::domains;
 use crate::report::text::found;
 use crate::run::domain::Problem;
@@ -26,11 +26,7 @@ pub(super) fn grow(
     draft: &mut Draft,
 ) -> anyhow::Result<()> {
     if !args.until_decided {
-        if args.looks.is_empty() {
-            return Ok(());
-        }
-        let reason = "--looks has no effect without --until-decided; leave it out";
-        return Err(Refused(reason.to_owned()).into());
+        return Ok(());
     }
     // In the order of the draft and each once, whatever the order and number of times that they were given.
     let named = |m: &&String| Some(m.as_str()) != baseline || args.methods.contains(*m);

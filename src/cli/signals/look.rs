@@ -1,6 +1,5 @@
 //! What is known of a scenario's signals.
 
-use std::ops::Deref;
 use std::path::Path;
 
 use osm_signals::DrivingSide;
@@ -25,15 +24,7 @@ pub(super) struct Look {
     pub(super) side: DrivingSide,
     /// What is to be said of the scenario beside its signals.
     pub(super) notes: Vec<String>,
-    loaded: Loaded,
-}
-
-impl Deref for Look {
-    type Target = Loaded;
-
-    fn deref(&self) -> &Loaded {
-        &self.loaded
-    }
+    pub(super) loaded: Loaded,
 }
 
 /// Loads a scenario and derives its signals.
@@ -64,10 +55,10 @@ pub(super) fn look(
 impl Look {
     /// Returns what is known of a signal.
     pub(super) fn json(&self, number: usize) -> Value {
-        let signal = &self.signals[number];
+        let signal = &self.loaded.signals[number];
         let spec = &signal.spec;
         let lanes = spec.lanes.iter().enumerate().map(|(i, lane)| {
-            let of_scene = &self.scene.lanes[signal.lanes[i]];
+            let of_scene = &self.loaded.scene.lanes[signal.lanes[i]];
             let upstream: Vec<&str> = of_scene.pieces.iter().map(|p| p.id.as_str()).collect();
             json!({
                 "lane": lane.id,
@@ -81,8 +72,9 @@ impl Look {
             let lanes = &movement.lanes;
             let lanes: Vec<&str> = lanes.iter().map(|l| spec.lanes[*l].id.as_str()).collect();
             let downstream = movement.downstream.iter();
-            let downstream: Vec<&str> =
-                downstream.map(|l| self.scene.lanes[signal.downstream[*l]].id.as_str()).collect();
+            let downstream: Vec<&str> = downstream
+                .map(|l| self.loaded.scene.lanes[signal.downstream[*l]].id.as_str())
+                .collect();
             json!({
                 "movement": movement.index,
                 "from": lanes.first().map_or("", |lane| edge(lane)),

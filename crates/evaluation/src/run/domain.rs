@@ -376,9 +376,26 @@ pub trait Problem: Sync {
         done: &(dyn Fn(&str) + Sync),
     ) -> Result<Prepared, Cause>;
 
-    /// Returns what a reader of the results should know of what is evaluated, once it is prepared.
-    fn warnings(&self) -> Vec<String> {
-        Vec::new()
+    /// Returns the method that does what is done today on every point MDP, where that is known.
+    fn today(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Whether a method can run on every point MDP, as far as that is known before anything is prepared.
+    fn can_run(&self, method: &Method) -> bool {
+        let _ = method;
+        true
+    }
+
+    /// Says what a method lacks to run on some point MDPs; `None` where it can.
+    fn lacking(&self, method: &str, chosen: &BTreeSet<&str>) -> Option<String> {
+        let _ = (method, chosen);
+        None
+    }
+
+    /// Looks at what is evaluated, and returns what a reader of the results should know of it.
+    fn warnings(&self) -> Result<Vec<String>, Cause> {
+        Ok(Vec::new())
     }
 
     /// Writes what reports show beside records; it decides no record.

@@ -64,7 +64,7 @@ pub fn open<'a>(
     let folder = PathBuf::from(&prepared.folder);
     let mut provenance = provenance(&prepared.folder, draft.memory_per_worker_mb);
     let started = provenance.started.clone();
-    provenance.warnings = request.problem.warnings();
+    provenance.warnings = request.problem.warnings().map_err(RunError::Prepare)?;
     provenance.assisting = request.choice.assisting().cloned();
     let (manifest, tasks) = complete(request, draft, prepared, provenance)?;
     let layout = Layout::new(out);
