@@ -161,7 +161,7 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         note(format!("warning: {}", doubt.brief()));
     }
     let plans = given.map(|(plans, _)| plans).or_else(|| uncounted.plans.clone());
-    let made = counted(&CountedRequest {
+    let (loaded, joined, networks) = counted(&CountedRequest {
         uncounted: &uncounted,
         folder: folder.filter(|_| converted.is_none()),
         files: &turning::files(&args.turning_counts)?,
@@ -174,28 +174,28 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         force: args.force,
     })?;
     let of_utdf = converted.iter().flat_map(|converted| &converted.doubts);
-    for doubt in of_utdf.chain(&made.joined.doubts) {
+    for doubt in of_utdf.chain(&joined.doubts) {
         note(format!("warning: {}", doubt.brief()));
     }
     let table = out.join(APPROACHES_FILE);
-    for doubt in &made.loaded.doubts {
+    for doubt in &loaded.doubts {
         note(format!("warning: {}: {}", table.display(), doubt.brief()));
     }
-    let specs = intersections(&made.loaded)?;
+    let specs = intersections(&loaded)?;
     let options = BuildOptions { force: args.force, leave_out: false };
-    let summary = build(&made.loaded, &specs, &made.networks, options, args.quiet)?;
+    let summary = build(&loaded, &specs, &networks, options, args.quiet)?;
     if args.quiet {
         return Ok(exit::DONE);
     }
-    converted.iter().flat_map(|c| &c.found).chain(&made.joined.found).try_for_each(line)?;
+    converted.iter().flat_map(|c| &c.found).chain(&joined.found).try_for_each(line)?;
     line(format!(
         "{} networks in {}: {} built, {} up to date",
         specs.len(),
-        made.networks.display(),
+        networks.display(),
         summary.built,
         summary.up_to_date
     ))?;
-    line(next(out, specs.len(), &made.loaded.scenario.name))?;
+    line(next(out, specs.len(), &loaded.scenario.name))?;
     Ok(exit::DONE)
 }
 

@@ -17,7 +17,7 @@ pub use crate::run::stop::STOPPED;
 use crate::sample::{ChoiceError, SampleError};
 use crate::store::error::StoreError;
 use crate::study::StudyError;
-use crate::traffic::city::error::CityError;
+use crate::traffic::city::CityError;
 use crate::traffic::error::TrafficError;
 use crate::traffic::method_arguments::OwnError;
 use crate::traffic::network::error::NetworkError;

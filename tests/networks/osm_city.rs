@@ -60,26 +60,17 @@ fn what_is_left_out_keeps_intersections_and_traffic_together() {
     let signals = list("a,40.0,-75.0\nb,40.0,-74.9993\n");
     let mut city = city(&case("two_signals_60_m"), Some(&signals));
     assert_eq!(ids(&city), ["a", "b"]);
-    let second = city.survey().traffic[1].clone();
-    city.leave_out([("a".to_owned(), "no room".to_owned())].into());
+    let second = city.survey.traffic[1].clone();
+    city.leave_out(&[("a".to_owned(), "no room".to_owned())].into(), Reason::NoNetwork);
     assert_eq!(ids(&city), ["b"]);
     assert_eq!(city.sites().next().unwrap().traffic, second);
     assert_eq!(city.skips(), [(Reason::NoNetwork, 1)]);
-    assert_eq!(city.left_out["a"], "no room");
     let left_out: Vec<_> = city.listed().map(|(_, reason)| reason).collect();
     assert_eq!(left_out, [Some(Reason::NoNetwork), None]);
 }
 
 #[test]
-fn where_all_streams_can_go_at_once_nothing_is_to_decide() {
-    let flagged = |case: &str| {
-        let flags = city(&self::case(case), None).sites().next().unwrap().flags();
-        flags.contains(&"a single green")
-    };
-    assert_eq!(["one_green", "four_arms", "left_hand_divided"].map(flagged), [true, false, false]);
-    let mut city = city(&case("one_green"), None);
-    assert_eq!((city.leave_out_one_green(&[].into()), ids(&city).len()), (1, 0));
-    assert_eq!(city.leave_out_one_green(&[].into()), 0);
+fn an_intersection_with_a_single_green_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let extract = "osm-signals/tests/networks/one_green/input.osm";
     let error = derive(&Request::new(extract, folder.path().join("town")), &|_| {}).unwrap_err();

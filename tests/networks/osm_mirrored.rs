@@ -85,13 +85,13 @@ fn assert_mirrored(name: &str, extract: &Extract, mirror: &Extract, settings: &S
     let (a, b) = (city(extract, settings, side), city(mirror, settings, other));
     assert_eq!(mirrored(&rows(&a, settings)), rows(&b, settings), "{name}");
     let skipped = |city: &City, sign: i32| -> Vec<_> {
-        let all = city.survey().found.skipped.iter();
+        let all = city.survey.found.skipped.iter();
         all.map(|s| (s.signals.clone(), s.reason, s.place.latitude_e7, sign * s.place.longitude_e7))
             .collect()
     };
     assert_eq!(skipped(&a, -1), skipped(&b, 1), "{name}");
     let sorted = |city: &City, sign: i32| {
-        let mut all: Vec<i32> = longitudes(&city.survey().found).iter().map(|l| sign * l).collect();
+        let mut all: Vec<i32> = longitudes(&city.survey.found).iter().map(|l| sign * l).collect();
         all.sort_unstable();
         all
     };

@@ -202,7 +202,7 @@ fn place(
         named.filter_map(|name| Some(Heading::of_movement(name, spec.side)?.0)).collect();
     let headings: Vec<Heading> = headings.into_iter().collect();
     let order = order_of_arms(intersection, spec.side);
-    let matched = matched_arms(&headings, &intersection.arms, &[]).arms;
+    let (matched, _) = matched_arms(&headings, &intersection.arms, &[]);
     let mut arms = BTreeMap::new();
     for (heading, arm) in headings.into_iter().zip(matched) {
         let arm = arm.ok_or_else(|| {

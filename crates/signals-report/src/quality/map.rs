@@ -11,8 +11,7 @@ use evaluation::report::{format, palette};
 use signals::city::quality::{Quality, Spot};
 use signals::city::surroundings::Drawing;
 
-use super::streets;
-use super::text::percent;
+use super::{percent, streets};
 
 /// Largest height of the map itself, with many and with few intersections, pixels.
 const HEIGHT_PX: (f64, f64) = (900.0, 480.0);

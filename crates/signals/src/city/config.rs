@@ -3,14 +3,11 @@
 use std::path::Path;
 
 use osm_signals::Settings;
-use osm_signals::counts::CountSettings;
 use osm_signals::error::shortened;
-use osm_signals::settings::{IntersectionSettings, StreetSettings};
-use osm_signals::signals::SignalColumns;
 use serde::{Deserialize, Serialize};
-use toml::Table;
+use toml::{Table, Value};
 
-use super::error::CityError;
+use super::CityError;
 use crate::settings::{EVEN_SPLIT, NORTH_EAST_DEG};
 use basics::files::{self, limits};
 use evaluation::settings::within;
@@ -56,19 +53,6 @@ impl Default for DesignHour {
     }
 }
 
-/// The sections of a file.
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Sections {
-    streets: StreetSettings,
-    intersections: IntersectionSettings,
-    signals: SignalColumns,
-    counts: CountSettings,
-    /// [`TrafficSettings`] and [`DesignHour`].
-    traffic: Table,
-    scenario: Table,
-}
-
 impl CityConfig {
     /// Reads settings from a file.
     ///
@@ -86,13 +70,14 @@ impl CityConfig {
     }
 
     fn parse(text: &str) -> Result<Self, toml::de::Error> {
-        let Sections { streets, intersections, signals, counts, mut traffic, scenario } =
-            toml::from_str(text)?;
-        let hour: Table =
-            OF_HOUR.into_iter().filter_map(|field| traffic.remove_entry(field)).collect();
-        let traffic = traffic.try_into()?;
-        let settings = Settings { streets, intersections, signals, counts, traffic };
-        Ok(Self { settings: settings.completed(), hour: hour.try_into()?, scenario })
+        let mut settings: Table = toml::from_str(text)?;
+        let scenario = settings.remove("scenario").map(Value::try_into).transpose()?;
+        let mut hour = Table::new();
+        if let Some(traffic) = settings.get_mut("traffic").and_then(Value::as_table_mut) {
+            hour.extend(OF_HOUR.iter().filter_map(|field| traffic.remove_entry(*field)));
+        }
+        let settings = settings.try_into::<Settings>()?.completed();
+        Ok(Self { settings, hour: hour.try_into()?, scenario: scenario.unwrap_or_default() })
     }
 }
 

@@ -4,12 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use osm_signals::DrivingSide;
-use toml::{Table, Value};
+use serde_json::json;
+use toml::Table;
 
-use super::error::CityError;
+use super::CityError;
 use super::folder::{
-    self, APPROACHES_FILE, EXISTING_FILE, InputFile, SCENARIO_FILE, networks_folder, scenario_name,
-    write_sources,
+    self, APPROACHES_FILE, EXISTING_FILE, InputFile, SCENARIO_FILE, SOURCES_FILE, hours,
+    networks_folder, scenario_name,
 };
 use super::surroundings::SURROUNDINGS;
 use crate::existing::{self, Plans};
@@ -20,6 +21,7 @@ use crate::placed::placed;
 use crate::settings::Scenario;
 use crate::turning::{Joined, Period, TurningCounts};
 use basics::files::{self, beneath, limits, write_atomically};
+use basics::hash::sha256;
 use evaluation::family::error::FamilyError;
 use evaluation::settings::overrides::Override;
 
@@ -48,41 +50,40 @@ pub struct CountedRequest<'a> {
     pub force: bool,
 }
 
-/// A scenario with turning counts.
-#[derive(Debug)]
-pub struct CountedScenario {
-    /// The scenario.
-    pub loaded: LoadedScenario,
-    /// What was joined.
-    pub joined: Joined,
-    /// Folder for its networks.
-    pub networks: PathBuf,
-}
-
-/// Writes a folder with a scenario and its approaches, to which turning counts were given.
+/// Writes a folder with a scenario and its approaches, to which turning counts were given. Returns the scenario, what was
+/// joined, and the folder for its networks.
 ///
 /// # Errors
 ///
 /// [`CityError`] with the file that is to blame: counts that cannot be read or belong to other intersections, a scenario
 /// without approaches, a folder whose tables were edited.
-pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityError> {
+pub fn counted(
+    request: &CountedRequest<'_>,
+) -> Result<(LoadedScenario, Joined, PathBuf), CityError> {
     let CountedRequest { uncounted, out, .. } = *request;
     if !request.force {
         folder::check(out)?;
     }
     let joined = match request.files {
-        [] => Joined::of(&uncounted.intersections),
+        [] => Joined {
+            approaches: uncounted.intersections.iter().flat_map(|i| i.arms.clone()).collect(),
+            ..Joined::default()
+        },
         files => {
-            without_periods(uncounted)?;
+            let periods = uncounted.intersections.iter().map(|i| i.period.as_str());
+            if let Some(period) = periods.into_iter().find(|period| !period.is_empty()) {
+                let expected = "the table of approaches has periods already; give one without the column period";
+                return Err(refused(request, "period", period.to_owned(), expected));
+            }
             let side = driving_side(request)?;
             TurningCounts::read(files, request.layout)?
                 .into_approaches(&uncounted.intersections, request.periods, side)?
         }
     };
-    let joined = with_traffic(joined, request)?;
+    let mut joined = with_traffic(joined, request)?;
     let table = to_csv(&joined.approaches);
     let file = out.join(SCENARIO_FILE).display().to_string();
-    let (mut joined, mut plans) = (joined, None);
+    let mut plans = None;
     if let Some(given) = request.plans {
         let loaded =
             from_text(&scenario_text(request, false)?, &file, &[], &|_| Ok(table.clone()))?;
@@ -105,7 +106,10 @@ pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityErro
     let files = request.sources.iter().map(|(role, path)| (*role, path)).chain(counts);
     let inputs: Vec<_> =
         files.map(|(role, path)| InputFile::read(role, path)).collect::<Result<_, _>>()?;
-    write_sources(out, &inputs, &written)?;
+    let hashes = written.iter().map(|(name, text)| ((*name).to_owned(), sha256(text.as_bytes())));
+    let sources = json!({ "files": inputs, "written": hashes.collect::<BTreeMap<_, _>>() });
+    let sources = serde_json::to_string_pretty(&sources).expect("hashes are plain data") + "\n";
+    write_atomically(&out.join(SOURCES_FILE), sources.as_bytes())?;
     for name in SURROUNDINGS {
         let Some(folder) = request.folder.filter(|folder| folder.join(name).is_file()) else {
             continue;
@@ -115,23 +119,7 @@ pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityErro
     }
     let networks = out.join(networks_folder(counted.scenario.preset));
     beneath(out, &networks)?;
-    Ok(CountedScenario { loaded: counted, joined, networks })
-}
-
-/// Refuses a table that has periods, whose rows counts cannot tell apart.
-fn without_periods(uncounted: &Uncounted) -> Result<(), CityError> {
-    let periods = uncounted.intersections.iter().map(|i| i.period.as_str());
-    let periods: BTreeSet<&str> = periods.filter(|period| !period.is_empty()).collect();
-    if periods.is_empty() {
-        return Ok(());
-    }
-    Err(CityError::Family(FamilyError::Setting {
-        file: uncounted.file.clone(),
-        field: "period".to_owned(),
-        value: periods.into_iter().collect::<Vec<_>>().join(", "),
-        expected: "the table of approaches has periods already; give one without the column period for turning counts"
-            .to_owned(),
-    }))
+    Ok((counted, joined, networks))
 }
 
 /// Returns the side on which people drive in the scenario that is written. What is wrong with it is said when it is read.
@@ -139,6 +127,11 @@ fn driving_side(request: &CountedRequest<'_>) -> Result<DrivingSide, CityError> 
     let written: Result<Scenario, _> = toml::from_str(&scenario_text(request, false)?);
     let scenario = written.as_ref().unwrap_or(&request.uncounted.scenario);
     Ok(scenario.network.driving_side)
+}
+
+fn refused(request: &CountedRequest<'_>, field: &str, value: String, expected: &str) -> CityError {
+    let (file, field) = (request.uncounted.file.clone(), field.to_owned());
+    FamilyError::Setting { file, field, value, expected: expected.to_owned() }.into()
 }
 
 /// Leaves out intersections without any traffic: neither counts nor volumes nor daily counts.
@@ -167,14 +160,9 @@ fn with_traffic(mut joined: Joined, request: &CountedRequest<'_>) -> Result<Join
     };
     let names: Vec<String> = without.iter().map(named).collect();
     if all {
-        return Err(CityError::Family(FamilyError::Setting {
-            file: request.uncounted.file.clone(),
-            field: "intersections".to_owned(),
-            value: names.join("; "),
-            expected: "none of them has volumes, turning counts or daily counts; give --turning-counts, which call \
-                       the intersections alike"
-                .to_owned(),
-        }));
+        let expected = "none of them has volumes, turning counts or daily counts; give --turning-counts, which call the \
+                        intersections alike";
+        return Err(refused(request, "intersections", names.join("; "), expected));
     }
     joined.doubts.extend(Doubt::of(
         "intersections without volumes, turning counts and daily counts are left out",
@@ -208,11 +196,4 @@ fn scenario_text(request: &CountedRequest<'_>, has_plans: bool) -> Result<String
         "# Made from {} by `tsc-family build-networks`.\n{settings}",
         request.uncounted.scenario.name
     ))
-}
-
-/// Returns the hours per year of periods, as the setting `family.periods` has them; `None` where they are not given.
-pub(super) fn hours(periods: &[Period]) -> Option<Value> {
-    let hours = periods.iter().map(|p| Some((p.name.clone(), Value::Float(p.hours?))));
-    let hours: Option<Table> = hours.collect();
-    hours.filter(|hours| !hours.is_empty()).map(Value::Table)
 }

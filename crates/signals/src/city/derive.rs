@@ -23,26 +23,41 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use geo::Rect;
+use geojson::JsonValue;
 use osm_signals::intersections::Skip;
+use osm_signals::listing::RowNote;
 use osm_signals::{Boundary, Counts, DrivingSide, Extract, Inputs, SignalList, Survey, read};
+use serde_json::json;
+use toml::{Table, Value};
 
+use super::CityError;
 use super::config::CityConfig;
-use super::error::CityError;
-use super::folder::{self, APPROACHES_FILE, InputFile, SCENARIO_FILE, networks_folder};
+use super::folder::{self, APPROACHES_FILE, InputFile, SCENARIO_FILE, hours, networks_folder};
 use super::quality::{Quality, quality};
 use super::sites::{City, Reason};
-use super::surroundings::Drawing;
-use super::write::{scenario_text, write_family, write_geojson, write_matches};
+use super::surroundings::{Drawing, write_places};
 use crate::family::approaches::{gathered, to_csv};
+use crate::family::features::six_features;
 use crate::family::load::{LoadedScenario, from_text};
-use crate::network::build::one_green;
-use crate::network::build::{BuildOptions, BuildSummary, build_all};
-use crate::network::intersection::{IntersectionSpec, intersections};
-use crate::settings::Detail;
+use crate::network::build::{BuildOptions, build_all, one_green};
+use crate::network::intersection::intersections;
+use crate::settings::check::check as check_settings;
+use crate::settings::{Detail, InflowSources, Scenario, SixFeatures};
 use crate::turning::{Period, TurningCounts};
-use basics::files::{FileError, beneath, write_atomically};
+use basics::files::{FileError, beneath, lines, write_atomically};
 use basics::hash::sha256;
+use evaluation::family::MdpFamily;
+use evaluation::family::error::FamilyError;
 use evaluation::settings::overrides::Override;
+use evaluation::settings::wording::explain;
+
+/// What a scenario file says of its demand.
+const DEMAND_NOTE: &str = "\
+# Demand is a design hour: hourly_share is the share of the day's traffic in it (1/24 is the mean hour),
+# directional_split the share of a two-way street's hour in its peak direction, which is the one within
+# 90 degrees of peak_heading_deg (45: north- and eastbound). [family.inflows] says what the inflows of
+# approaches.csv rest on, shares of the approaches; pages of results quote it, and it decides nothing.
+";
 
 /// What a city is derived from.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -145,16 +160,6 @@ impl Input {
         extract.ways.retain(|way| settings.streets.is_street(way.street.highway));
         Ok(Self { config, signals, counts, boundary, side, extract, turning })
     }
-
-    fn survey(&self) -> Survey {
-        let inputs = Inputs {
-            signals: self.signals.as_ref(),
-            counts: self.counts.as_ref(),
-            boundary: self.boundary.as_ref(),
-            driving_side: self.side,
-        };
-        Survey::new(&self.extract, &self.config.settings, &inputs)
-    }
 }
 
 /// What happens while a city is derived.
@@ -220,12 +225,18 @@ pub fn derive(
             warn(format!("{}: {rows}", path.display()));
         }
     }
-    let survey = input.survey();
+    let inputs = Inputs {
+        signals: input.signals.as_ref(),
+        counts: input.counts.as_ref(),
+        boundary: input.boundary.as_ref(),
+        driving_side: input.side,
+    };
+    let survey = Survey::new(&input.extract, &input.config.settings, &inputs);
     check(request, &input, &survey)?;
     let mut city = City::new(survey, input.side);
     let (loaded, networks, built) = with_networks(request, &input, &mut city, events)?;
     loaded.doubts.iter().for_each(|d| warn(format!("{APPROACHES_FILE}: {}", d.brief())));
-    city.survey().count_doubt().into_iter().for_each(warn);
+    city.survey.count_doubt().into_iter().for_each(warn);
     let written = tables(&loaded).map(|(name, text)| (name.to_owned(), sha256(text.as_bytes())));
     let quality = quality(
         &loaded,
@@ -283,13 +294,11 @@ fn with_networks(
         if rows.is_empty() {
             return Err(no_intersection(request, city));
         }
-        let mut joined = None;
+        let (mut found, mut doubts) = (Vec::new(), Vec::new());
         if let Some(counts) = &input.turning {
-            let mut with_counts =
-                counts.into_approaches(&gathered(rows), &request.periods, city.side)?;
-            city.count_by_turn(&with_counts.counted);
-            rows = std::mem::take(&mut with_counts.approaches);
-            joined = Some(with_counts);
+            let joined = counts.into_approaches(&gathered(rows), &request.periods, city.side)?;
+            city.count_by_turn(&joined.counted);
+            (rows, found, doubts) = (joined.approaches, joined.found, joined.doubts);
         }
         let table = to_csv(&rows);
         let own = |_: &str| Ok(table.clone());
@@ -300,45 +309,35 @@ fn with_networks(
         let folder = request.out.join(networks_folder(loaded.scenario.preset));
         beneath(&request.out, &folder)?;
         let force = request.force && built == 0;
-        let summary = build(&loaded, &specs, &folder, force, events)?;
+        let (total, done) = (specs.len() as u64, AtomicU64::new(0));
+        let progress = |done, point: &str| {
+            events(Event::Progress { what: Some("networks"), done, total, point });
+        };
+        progress(0, "");
+        let Scenario { network, demand, signal, .. } = &loaded.scenario;
+        let options = BuildOptions { force, leave_out: true };
+        let summary = build_all(&specs, network, demand, signal, &folder, options, &|point| {
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, point);
+        })?;
         built += summary.built;
         if !summary.failed.is_empty() {
             // The family is derived again without them.
             summary.failed.iter().for_each(|(_, reason)| events(Event::LeftOut(reason)));
-            city.leave_out(members(&loaded, &summary.failed));
+            let failed = members(&loaded, &summary.failed);
+            city.leave_out(&failed, Reason::NoNetwork);
+            city.left_out.extend(failed);
             continue;
         }
         if loaded.scenario.family.detail == Detail::PerApproach {
             let one_green = members(&loaded, &one_green(&summary.files)?);
-            if city.leave_out_one_green(&one_green.into_keys().collect()) > 0 {
+            if city.leave_out(&one_green, Reason::OneGreen) > 0 {
                 continue;
             }
         }
-        if let Some(joined) = &joined {
-            joined.found.iter().for_each(|text| events(Event::Found(text)));
-            joined.doubts.iter().for_each(|doubt| events(Event::Warning(&doubt.brief())));
-        }
+        found.iter().for_each(|text| events(Event::Found(text)));
+        doubts.iter().for_each(|doubt| events(Event::Warning(&doubt.brief())));
         return Ok((loaded, folder, built));
     }
-}
-
-fn build(
-    loaded: &LoadedScenario,
-    specs: &[IntersectionSpec],
-    folder: &Path,
-    force: bool,
-    events: &(dyn Fn(Event<'_>) + Sync),
-) -> Result<BuildSummary, CityError> {
-    let (total, done) = (specs.len() as u64, AtomicU64::new(0));
-    let progress =
-        |done, point: &str| events(Event::Progress { what: Some("networks"), done, total, point });
-    progress(0, "");
-    let scenario = &loaded.scenario;
-    let (network, demand, signal) = (&scenario.network, &scenario.demand, &scenario.signal);
-    let options = BuildOptions { force, leave_out: true };
-    Ok(build_all(specs, network, demand, signal, folder, options, &|point| {
-        progress(done.fetch_add(1, Ordering::Relaxed) + 1, point);
-    })?)
 }
 
 /// Returns why no signal became an intersection, with the file that is to blame.
@@ -357,7 +356,7 @@ fn no_intersection(request: &Request, city: &City) -> CityError {
         }
         Some((Reason::Map(Skip::OutsideBoundary), _)) => {
             file = boundary.as_ref().unwrap_or(file);
-            let covered = city.survey().covered.map_or_else(String::new, extent);
+            let covered = city.survey.covered.map_or_else(String::new, extent);
             way_out = format!("give another --boundary: the extract covers {covered}");
         }
         Some(_) => {}
@@ -401,4 +400,176 @@ impl Derived {
         }
         Ok(self.drawing.write(folder)?)
     }
+}
+
+/// Returns the text of the scenario file of a city, for a table of approaches beside it.
+fn scenario_text(
+    request: &Request,
+    config: &CityConfig,
+    (inflows, side): (Option<InflowSources>, Option<DrivingSide>),
+) -> Result<String, FamilyError> {
+    let detail = request.detail.unwrap_or(Detail::PerApproach);
+    let (name, extract) = (folder::scenario_name(&request.out), folder::stem(&request.extract));
+    let mut source =
+        request.config.as_ref().map_or("settings".to_owned(), |c| c.display().to_string());
+    source.extend(request.overrides.iter().map(|o| format!(" {}", o.flag())));
+    let mut family = Table::new();
+    family.insert("approaches".to_owned(), APPROACHES_FILE.into());
+    family.insert("detail".to_owned(), Value::try_from(detail).expect("a detail is a word"));
+    family.insert("hourly_share".to_owned(), config.hour.hourly_share.into());
+    if config.settings.traffic.both_directions {
+        family.insert("directional_split".to_owned(), config.hour.directional_split.into());
+        family.insert("peak_heading_deg".to_owned(), config.hour.peak_heading_deg.into());
+    }
+    if let Some(inflows) = inflows {
+        family.insert("inflows".to_owned(), Value::try_from(inflows).expect("shares are numbers"));
+    }
+    family.extend(hours(&request.periods).map(|hours| ("periods".to_owned(), hours)));
+    let title = format!("Signalised intersections of {extract} ((c) OpenStreetMap contributors)");
+    let mut table = Table::from_iter([
+        ("name".to_owned(), name.as_str().into()),
+        ("title".to_owned(), title.into()),
+        ("family".to_owned(), family.into()),
+    ]);
+    for (key, value) in &config.scenario {
+        match (table.get_mut(key), value) {
+            (Some(Value::Table(own)), Value::Table(more)) => own.extend(more.clone()),
+            _ => drop(table.insert(key.clone(), value.clone())),
+        }
+    }
+    let side = side.unwrap_or_default();
+    if side == DrivingSide::Left
+        && let Value::Table(network) = table.entry("network").or_insert_with(|| Table::new().into())
+    {
+        network.entry("driving_side").or_insert_with(|| side.name().into());
+    }
+    let own = table.clone().try_into::<Scenario>();
+    let mut scenario = own.map_err(|e: toml::de::Error| FamilyError::Toml {
+        file: format!("{source}, [scenario]"),
+        message: explain::<Scenario>(e.message(), ""),
+    })?;
+    for setting in &request.overrides {
+        scenario = setting.apply(&scenario)?;
+        setting.put_into(&mut table)?;
+    }
+    check_settings(&scenario, &source)?;
+    let of = &scenario.family;
+    let decided = [
+        ("name", scenario.name == name, "--out"),
+        ("family.detail", of.detail == detail, "--detail"),
+        ("network.driving_side", scenario.network.driving_side == side, "--driving-side"),
+        ("family.points", of.points.is_none(), "the map"),
+        ("family.approaches", of.approaches.as_deref() == Some(APPROACHES_FILE), "the map"),
+    ];
+    if let Some((field, _, by)) = decided.into_iter().find(|(_, same, _)| !same) {
+        return Err(FamilyError::Setting {
+            file: source,
+            field: field.to_owned(),
+            value: "another value".to_owned(),
+            expected: format!("with --osm {by} decides it; leave it out"),
+        });
+    }
+    let settings = toml::to_string(&table).expect("settings are plain data");
+    Ok(format!(
+        "# Made from {extract} by `tsc-family build-networks --osm`; what is not here has its \
+         default.\n{DEMAND_NOTE}{settings}"
+    ))
+}
+
+/// Writes the point MDPs as a table: id, importance, intersections and features.
+fn write_family(folder: &Path, family: &MdpFamily) -> Result<(), FileError> {
+    let names = family.features.iter().map(|f| f.name.clone());
+    let head = ["point", "importance", "intersections"].map(str::to_owned);
+    let mut rows: Vec<Vec<String>> = vec![head.into_iter().chain(names).collect()];
+    rows.extend(family.points.iter().map(|p| {
+        let fixed = [p.id.clone(), p.importance.to_string(), p.instances.to_string()];
+        fixed.into_iter().chain(p.features.iter().map(f64::to_string)).collect::<Vec<String>>()
+    }));
+    write_atomically(&folder.join("family.csv"), &lines(&rows))
+}
+
+/// Writes what became of every row of the signal list: its intersection, the distance, the reason.
+fn write_matches(folder: &Path, city: &City) -> Result<(), FileError> {
+    let head = [
+        "id", "row", "latitude", "longitude", "intersection", "distance_m", "signal_on_map",
+        "duplicate_of_row", "reason",
+    ];
+    let mut rows = vec![head.map(str::to_owned)];
+    rows.extend(city.listed().map(|(row, left_out)| {
+        let duplicate_of = match row.note {
+            Some(RowNote::Duplicate(line)) => Some(line.to_string()),
+            _ => None,
+        };
+        let why = left_out.map(Reason::words).or(row.note.map(RowNote::words)).unwrap_or_default();
+        [
+            row.id.clone(),
+            row.line.to_string(),
+            row.latitude.to_string(),
+            row.longitude.to_string(),
+            row.intersection.clone().filter(|_| left_out.is_none()).unwrap_or_default(),
+            row.distance_m.map(|metres| format!("{metres:.1}")).unwrap_or_default(),
+            row.on_map.to_string(),
+            duplicate_of.clone().unwrap_or_default(),
+            duplicate_of.map_or(why.to_owned(), |line| format!("duplicate of row {line}")),
+        ]
+    }));
+    write_atomically(&folder.join("signal-list.csv"), &lines(&rows))
+}
+
+/// Writes `intersections.geojson`: intersections with their point MDP, its importance and features,
+/// and how well they are known; and the signals that are none, with the reason.
+fn write_geojson(
+    folder: &Path,
+    city: &City,
+    quality: &Quality,
+    loaded: &LoadedScenario,
+) -> Result<(), FileError> {
+    // Of several periods the first.
+    let mut first: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut point_of: BTreeMap<usize, usize> = BTreeMap::new();
+    for (i, intersection) in loaded.intersections.iter().enumerate() {
+        first.entry(&intersection.id).or_insert(i);
+    }
+    for (point, members) in loaded.members.iter().enumerate() {
+        point_of.extend(members.iter().map(|i| (*i, point)));
+    }
+    let intersections = quality.spots.iter().map(|spot| {
+        let i = first.get(spot.id.as_str());
+        let point = i.and_then(|i| Some(&loaded.family.points[*point_of.get(i)?]));
+        let sources = spot.inflow_sources.iter().map(|source| json!(source));
+        let sources: Vec<String> = sources.filter_map(|s| Some(s.as_str()?.to_owned())).collect();
+        let mut properties = json!({
+            "status": "intersection",
+            "id": spot.id,
+            "streets": spot.streets,
+            "arms": spot.arms,
+            "signal_nodes": spot.signals,
+            "known_share": number(spot.known, 4),
+            "inflow_sources": sources.join(", "),
+            "flags": spot.flags.join("; "),
+            "list_distance_m": spot.list_distance_m.map(|metres| number(metres, 1)),
+            "count_distance_m": spot.count_distance_m.map(|metres| number(metres, 1)),
+            "point": point.map(|p| &p.id),
+            "importance": point.map(|p| p.importance),
+        });
+        if let Some(i) = i {
+            let features = six_features(&loaded.intersections[*i], &loaded.scenario.family);
+            for ((name, _), value) in SixFeatures::COLUMNS.iter().zip(features.to_array()) {
+                properties[name] = number(value, 2);
+            }
+        }
+        (spot.latitude, spot.longitude, properties)
+    });
+    let skipped = city.skipped().map(|(signals, place, reason)| {
+        let id = signals.first().map(|id| format!("n{id}"));
+        let properties = json!({ "status": "skipped", "reason": reason.words(), "id": id });
+        (place.latitude(), place.longitude(), properties)
+    });
+    write_places(folder, intersections.chain(skipped))
+}
+
+/// Returns a number with so many digits after the point.
+fn number(value: f64, digits: i32) -> JsonValue {
+    let scale = 10f64.powi(digits);
+    ((value * scale).round() / scale).into()
 }

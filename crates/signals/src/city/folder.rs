@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use toml::{Table, Value};
 
-use super::error::CityError;
+use super::CityError;
 use crate::family::load::LoadedScenario;
 use crate::settings::Preset;
-use basics::files::{self, FileError, limits, write_atomically};
-use basics::hash::{sha256, sha256_file};
+use crate::turning::Period;
+use basics::files::{self, FileError, limits};
+use basics::hash::sha256_file;
 
 /// Name of the scenario file within a city's folder.
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
@@ -20,7 +22,7 @@ pub const APPROACHES_FILE: &str = "approaches.csv";
 pub(super) const EXISTING_FILE: &str = "existing.csv";
 
 /// Name of the file that says what a scenario's folder without a map was made from.
-const SOURCES_FILE: &str = "sources.json";
+pub(super) const SOURCES_FILE: &str = "sources.json";
 
 /// A file that went in.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -68,21 +70,6 @@ pub fn default_folder(scenario: &str, loaded: &LoadedScenario) -> PathBuf {
     }
 }
 
-/// Writes what a folder was made from, and the hashes of what was written.
-pub(super) fn write_sources(
-    out: &Path,
-    inputs: &[InputFile],
-    written: &[(&str, &String)],
-) -> Result<(), FileError> {
-    let hashes: serde_json::Map<String, serde_json::Value> = written
-        .iter()
-        .map(|(name, text)| ((*name).to_owned(), sha256(text.as_bytes()).into()))
-        .collect();
-    let text = serde_json::json!({ "files": inputs, "written": hashes });
-    let text = serde_json::to_string_pretty(&text).expect("hashes are plain data") + "\n";
-    write_atomically(&out.join(SOURCES_FILE), text.as_bytes())
-}
-
 /// Refuses to overwrite tables in a folder that were not derived, or that were edited since.
 pub(super) fn check(out: &Path) -> Result<(), CityError> {
     let known = ["quality.json", SOURCES_FILE].map(|name| -> serde_json::Value {
@@ -118,6 +105,13 @@ pub(super) fn scenario_name(out: &Path) -> String {
 fn named(name: &str, is_kept: fn(char) -> bool) -> String {
     let name: String = name.chars().map(|c| if is_kept(c) { c } else { '-' }).collect();
     if name.is_empty() { "city".to_owned() } else { name }
+}
+
+/// Returns the hours per year of periods, as the setting `family.periods` has them; `None` where they are not given.
+pub(super) fn hours(periods: &[Period]) -> Option<Value> {
+    let hours = periods.iter().map(|p| Some((p.name.clone(), Value::Float(p.hours?))));
+    let hours: Option<Table> = hours.collect();
+    hours.filter(|hours| !hours.is_empty()).map(Value::Table)
 }
 
 #[cfg(test)]

@@ -191,8 +191,8 @@ pub(super) fn quality(
     };
     let marked = |yes| if yes { Source::Tagged } else { Source::Default };
     let skipped = city.skips().into_iter().map(|(reason, signals)| {
-        let of_reason = city.skipped().filter(|s| s.reason == reason);
-        let examples = of_reason.filter_map(|s| s.signals.first().copied()).take(EXAMPLES);
+        let of_reason = city.skipped().filter(|(_, _, other)| *other == reason);
+        let examples = of_reason.filter_map(|(nodes, ..)| nodes.first().copied()).take(EXAMPLES);
         SkipCount { reason, text: reason.words(), signals, examples: examples.collect() }
     });
     let mut listed = BTreeMap::new();

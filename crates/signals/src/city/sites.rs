@@ -12,17 +12,10 @@ use osm_signals::{DrivingSide, Intersection, Place, Survey, Turns};
 use serde::Serialize;
 
 use crate::family::approaches::Approach;
-use crate::junction::Conflicts;
-use crate::network::intersection::{Arm, IntersectionSpec};
-use crate::network::lanes::layout;
-use crate::network::phases::phases;
 use crate::settings::InflowSources;
-use basics::units::mph_to_mps;
 
 /// Digits after the point of a share, as a power of ten.
 const SHARE: f64 = 10_000.0;
-
-const ONE_GREEN: &str = "a single green";
 
 /// Why a signal is no intersection of the family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -42,7 +35,7 @@ impl Reason {
     pub fn words(self) -> &'static str {
         match self {
             Self::Map(skip) => skip.reason(),
-            Self::OneGreen => ONE_GREEN,
+            Self::OneGreen => "a single green",
             Self::NoNetwork => "no sound network can be built",
         }
     }
@@ -55,15 +48,12 @@ pub struct Site<'a> {
     pub found: &'a Intersection,
     /// Its traffic by arm.
     pub traffic: &'a [ArmTraffic],
-    /// Whether all its streams can have green at the same time.
-    one_green: bool,
 }
 
 impl Site<'_> {
     /// Returns what is worth a look in words, the most doubtful first.
     pub fn flags(&self) -> Vec<&'static str> {
-        let map = self.found.all_flags().into_iter().map(|flag| flag.words());
-        self.one_green.then_some(ONE_GREEN).into_iter().chain(map).collect()
+        self.found.all_flags().into_iter().map(|flag| flag.words()).collect()
     }
 
     fn approaches(&self, settings: &IntersectionSettings) -> Vec<Approach> {
@@ -96,25 +86,13 @@ fn letters(turns: Turns) -> String {
     letters.iter().filter(|(exists, _)| *exists).map(|(_, letter)| *letter).collect()
 }
 
-/// A signal, or several of one junction, that is no intersection of the family.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SkippedSite<'a> {
-    /// Ids of the signal nodes.
-    pub signals: &'a [i64],
-    /// Where the first of them is.
-    pub place: Place,
-    /// Why.
-    pub reason: Reason,
-}
-
 /// The intersections of a city.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct City {
-    survey: Survey,
+    /// What was found, with the intersections that are left out.
+    pub survey: Survey,
     /// Side of the street that traffic keeps to.
     pub side: DrivingSide,
-    /// By intersection of the survey whether all its streams can have green at the same time.
-    one_green: Vec<bool>,
     /// By intersection of the survey why it is left out.
     reasons: Vec<Option<Reason>>,
     /// Those that are left out, in the order in which they were.
@@ -126,10 +104,8 @@ pub struct City {
 impl City {
     /// Returns the city of a survey.
     pub fn new(survey: Survey, side: DrivingSide) -> Self {
-        let all = &survey.found.intersections;
-        let one_green = all.iter().map(|i| has_one_green(i, side)).collect();
-        let reasons = vec![None; all.len()];
-        Self { survey, side, one_green, reasons, out: Vec::new(), left_out: BTreeMap::new() }
+        let reasons = vec![None; survey.found.intersections.len()];
+        Self { survey, side, reasons, ..Self::default() }
     }
 
     /// Says that the turns of intersections were counted, so that their inflows rest on that.
@@ -144,20 +120,11 @@ impl City {
         }
     }
 
-    /// Returns what was found, with the intersections that are left out.
-    pub fn survey(&self) -> &Survey {
-        &self.survey
-    }
-
     /// Returns the intersections.
     pub fn sites(&self) -> impl Iterator<Item = Site<'_>> {
         let found = self.survey.found.intersections.iter().zip(&self.survey.traffic);
-        let all = found.zip(&self.one_green).zip(&self.reasons);
-        all.filter(|(_, reason)| reason.is_none()).map(|(((found, traffic), one_green), _)| Site {
-            found,
-            traffic,
-            one_green: *one_green,
-        })
+        let kept = found.zip(&self.reasons).filter(|(_, reason)| reason.is_none());
+        kept.map(|((found, traffic), _)| Site { found, traffic })
     }
 
     /// Returns the table of approaches, one row per arm: A, B, C clockwise from north.
@@ -165,16 +132,13 @@ impl City {
         self.sites().flat_map(|site| site.approaches(settings)).collect()
     }
 
-    /// Returns the signals that are no intersection.
-    pub(super) fn skipped(&self) -> impl Iterator<Item = SkippedSite<'_>> {
-        let map = self.survey.found.skipped.iter().map(|s| SkippedSite {
-            signals: &s.signals,
-            place: s.place,
-            reason: Reason::Map(s.reason),
-        });
+    /// Returns the signals that are no intersection: nodes of one junction, the place of the first, and why.
+    pub(super) fn skipped(&self) -> impl Iterator<Item = (&[i64], Place, Reason)> {
+        let map = self.survey.found.skipped.iter();
+        let map = map.map(|s| (s.signals.as_slice(), s.place, Reason::Map(s.reason)));
         let out = self.out.iter().filter_map(|index| {
-            let (i, reason) = (&self.survey.found.intersections[*index], self.reasons[*index]?);
-            Some(SkippedSite { signals: &i.signals, place: i.centre, reason })
+            let i = &self.survey.found.intersections[*index];
+            Some((i.signals.as_slice(), i.centre, self.reasons[*index]?))
         });
         map.chain(out)
     }
@@ -190,28 +154,13 @@ impl City {
         })
     }
 
-    /// Takes intersections out for which no sound network can be built, each with the reason.
-    pub fn leave_out(&mut self, reasons: BTreeMap<String, String>) {
-        self.take_out(|i, _| reasons.contains_key(&i.id), Reason::NoNetwork);
-        self.left_out.extend(reasons);
-    }
-
-    /// Takes intersections out at which nothing is to decide, and returns how many.
-    ///
-    /// As six features they stand for an intersection that has more than one green; built with their own arms
-    /// they have a score without any meaning.
-    ///
-    /// # Arguments
-    ///
-    /// * `built` — ids of those whose network turned out to have one green.
-    pub fn leave_out_one_green(&mut self, built: &BTreeSet<String>) -> usize {
-        self.take_out(|i, one_green| one_green || built.contains(&i.id), Reason::OneGreen)
-    }
-
-    fn take_out(&mut self, which: impl Fn(&Intersection, bool) -> bool, reason: Reason) -> usize {
+    /// Takes intersections out, by their ids, and returns how many: no sound network can be built for them, or nothing is to
+    /// decide there. Built with their own arms the latter have a score without any meaning; as six features they stand for an
+    /// intersection that has more than one green.
+    pub fn leave_out(&mut self, ids: &BTreeMap<String, String>, reason: Reason) -> usize {
         let before = self.out.len();
         for (index, i) in self.survey.found.intersections.iter().enumerate() {
-            if self.reasons[index].is_none() && which(i, self.one_green[index]) {
+            if self.reasons[index].is_none() && ids.contains_key(&i.id) {
                 self.reasons[index] = Some(reason);
                 self.out.push(index);
             }
@@ -234,39 +183,11 @@ impl City {
     /// Returns how many signals are no intersection, by reason, most frequent first.
     pub fn skips(&self) -> Vec<(Reason, usize)> {
         let mut counts: BTreeMap<&str, (Reason, usize)> = BTreeMap::new();
-        for skipped in self.skipped() {
-            let count = counts.entry(skipped.reason.words()).or_insert((skipped.reason, 0));
-            count.1 += skipped.signals.len().max(1);
+        for (signals, _, reason) in self.skipped() {
+            counts.entry(reason.words()).or_insert((reason, 0)).1 += signals.len().max(1);
         }
         let mut counts: Vec<(Reason, usize)> = counts.into_values().collect();
         counts.sort_by_key(|(_, n)| Reverse(*n));
         counts
     }
-}
-
-/// Returns whether all streams of an intersection can have green at the same time.
-fn has_one_green(intersection: &Intersection, side: DrivingSide) -> bool {
-    let arm = |(arm, turns): (&osm_signals::Arm, &Option<Turns>)| {
-        let (left_turn_lanes, right_turn_lanes) =
-            side.swapped((arm.left_turn_lanes, arm.right_turn_lanes));
-        Arm {
-            bearing_deg: side.bearing_deg(arm.bearing_deg),
-            lanes_in: arm.lanes_in,
-            lanes_out: arm.lanes_out,
-            left_turn_lanes,
-            right_turn_lanes,
-            left_storage_m: None,
-            right_storage_m: None,
-            speed_mps: mph_to_mps(arm.speed_mph),
-            length_m: arm.length_m,
-            inflow_vph: 0.0,
-            counted: None,
-            turns: turns.map(|turns| if side.is_right() { turns } else { turns.mirrored() }),
-        }
-    };
-    let mut arms: Vec<Arm> = intersection.arms.iter().zip(&intersection.turns).map(arm).collect();
-    arms.sort_by(|a, b| a.bearing_deg.total_cmp(&b.bearing_deg));
-    let spec = IntersectionSpec { point: intersection.id.clone(), arms, side };
-    let greens = layout(&spec).map(|l| phases(&spec, &l, &Conflicts::of(&l.movements), None).len());
-    greens.is_ok_and(|greens| greens == 1)
 }

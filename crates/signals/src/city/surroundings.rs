@@ -6,12 +6,13 @@ use std::path::Path;
 
 use geo::{Coord, LineString, Simplify};
 use geojson::{
-    Feature, FeatureCollection, GeoJson, GeometryValue, JsonObject, LineStringType, Position,
+    Feature, FeatureCollection, GeoJson, GeometryValue, JsonValue, LineStringType, Position,
 };
 use osm_signals::tags::Highway;
 use osm_signals::{Extract, Place};
+use serde_json::json;
 
-use super::error::CityError;
+use super::CityError;
 use super::sites::City;
 use basics::files::{self, FileError, limits, write_atomically};
 
@@ -83,8 +84,8 @@ impl Drawing {
         }
         streets.sort_by_key(|(highway, _)| std::cmp::Reverse(*highway));
         let streets = streets.into_iter().map(|(highway, places)| (rank(highway), places));
-        let skipped = city.skipped().filter(|s| within(frame, s.place));
-        let skipped = skipped.map(|s| (s.place.latitude(), s.place.longitude(), s.reason.words()));
+        let skipped = city.skipped().filter(|(_, place, _)| within(frame, *place));
+        let skipped = skipped.map(|(_, at, why)| (at.latitude(), at.longitude(), why.words()));
         Self { streets: streets.collect(), skipped: skipped.collect(), frame, thinned }
     }
 
@@ -96,10 +97,9 @@ impl Drawing {
             let streets = self.streets.iter().filter(|(of, _)| *of == rank);
             let coordinates: Vec<LineStringType> =
                 streets.map(|(_, places)| places.iter().map(position).collect()).collect();
-            let properties = [("rank", rank.into()), ("streets", (*name).into())];
             (!coordinates.is_empty()).then(|| {
                 let geometry = GeometryValue::MultiLineString { coordinates };
-                feature(geometry, properties.map(|(key, value)| (key.to_owned(), value)))
+                feature(geometry, json!({ "rank": rank, "streets": name }))
             })
         });
         write_features(&folder.join(STREETS_FILE), features.collect())
@@ -150,12 +150,9 @@ fn streets(extract: &Extract, frame: [f64; 4]) -> Vec<(Highway, Vec<(f64, f64)>)
     streets
 }
 
-fn feature(
-    geometry: GeometryValue,
-    properties: impl IntoIterator<Item = (String, geojson::JsonValue)>,
-) -> Feature {
-    let properties: JsonObject = properties.into_iter().collect();
-    Feature { geometry: Some(geometry.into()), properties: Some(properties), ..Feature::default() }
+fn feature(geometry: GeometryValue, properties: JsonValue) -> Feature {
+    let properties = properties.as_object().cloned();
+    Feature { geometry: Some(geometry.into()), properties, ..Feature::default() }
 }
 
 fn write_features(path: &Path, features: Vec<Feature>) -> Result<(), FileError> {
@@ -167,7 +164,7 @@ fn write_features(path: &Path, features: Vec<Feature>) -> Result<(), FileError> 
 /// Writes the intersections and the signals that are none: latitude, longitude and properties of each, in order.
 pub(super) fn write_places(
     folder: &Path,
-    places: impl Iterator<Item = (f64, f64, JsonObject)>,
+    places: impl Iterator<Item = (f64, f64, JsonValue)>,
 ) -> Result<(), FileError> {
     let features = places.map(|(latitude, longitude, properties)| {
         feature(GeometryValue::new_point([longitude, latitude]), properties)
@@ -184,7 +181,7 @@ pub(super) fn write_places(
 pub fn read_streets(folder: &Path) -> Result<Vec<(usize, Lines)>, CityError> {
     let mut streets = Vec::new();
     for feature in features(&folder.join(STREETS_FILE))? {
-        let rank = feature.property("rank").and_then(geojson::JsonValue::as_u64).unwrap_or(0);
+        let rank = feature.property("rank").and_then(JsonValue::as_u64).unwrap_or(0);
         if let Some(GeometryValue::MultiLineString { coordinates }) =
             feature.geometry.map(|g| g.value)
         {
@@ -254,18 +251,8 @@ mod tests {
     #[test]
     fn names_are_those_of_intersections_and_a_damaged_file_is_refused() {
         let dir = tempfile::tempdir().unwrap();
-        let places =
-            [("n1", Some("Main Street / 3rd Avenue")), ("n2", None)].map(|(id, streets)| {
-                let properties = [("id", Some(id)), ("streets", streets)];
-                (
-                    40.5,
-                    -111.0,
-                    properties
-                        .map(|(key, text)| (key.to_owned(), text.into()))
-                        .into_iter()
-                        .collect(),
-                )
-            });
+        let places = [("n1", Some("Main Street / 3rd Avenue")), ("n2", None)];
+        let places = places.map(|(id, at)| (40.5, -111.0, json!({ "id": id, "streets": at })));
         write_places(dir.path(), places.into_iter()).unwrap();
         let names = read_names(dir.path()).unwrap();
         assert_eq!(names.len(), 1);

@@ -3,7 +3,6 @@
 //!
 //! - **Changed:** an inflow that is cut or raised, a count that is missing, a turn lane that needs another lane.
 //! - **Another unit:** a column whose median no city has in its unit.
-//! - **Contradictory:** arms named after directions of travel that their bearings are not.
 //! - **No place:** latitude and longitude 0.
 //!
 //! Source: thresholds are this project's; each is beside its reason.
@@ -12,14 +11,11 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::fmt::{Display, Write};
 
-use osm_signals::angle::{normalise_degrees, turn_degrees};
-
 use super::approaches::{Approach, Intersection, LEAST_PIECE_M};
 use super::features::{
     incoming_lanes, inflow_vph, six_columns, six_features, uncapped_vph_per_lane,
 };
 use crate::settings::{Detail, FamilySettings, SixFeatures};
-use crate::vocabulary::{Heading, MOST_OFF_DEG};
 use basics::units::{FOOT_M, KMH_TO_MPH, MPS_PER_MPH};
 use evaluation::family::MdpFamily;
 
@@ -32,9 +28,9 @@ const MEDIAN_MPH: (f64, f64) = (15.0, 50.0);
 /// Medians of lengths that no city has in metres: hardly a car waits, or junctions are not so far apart.
 const MEDIAN_M: (f64, f64) = (15.0, 1000.0);
 
-/// Median below which counts are in thousands, vehicles per day and lane: FHWA's quietest urban streets have
-/// 40 to 350 (Highway Functional Classification, 2013, table 3-6).
-const MEDIAN_THOUSANDS: f64 = 100.0;
+/// Medians of counts that no city has, vehicles per day and lane: those in thousands (FHWA's quietest urban streets have 40
+/// to 350; Highway Functional Classification, 2013, table 3-6), and those of all lanes.
+const MEDIAN_AADT: (f64, f64) = (100.0, 12_000.0);
 
 /// Median on streets of [`WIDE`] lanes or more below which counts are those of an hour, vehicles per day and lane:
 /// of those in Salt Lake City 99% have more than 660, and the median is 5,100.
@@ -42,9 +38,6 @@ const MEDIAN_HOURLY: f64 = 900.0;
 
 /// Lanes of both directions of a street that carries much.
 const WIDE: u32 = 4;
-
-/// Median above which counts are those of all lanes, vehicles per day and lane.
-const MEDIAN_BUSY: f64 = 12_000.0;
 
 /// Flow that no lane carries, vehicles per hour: the base saturation flow of the Highway Capacity Manual, without any
 /// red.
@@ -123,7 +116,6 @@ fn at_line(line: u64, text: impl Display) -> String {
 pub fn of_approaches(intersections: &[Intersection], settings: &FamilySettings) -> Vec<Doubt> {
     let mut doubts = changes(intersections, settings);
     doubts.extend(periods(intersections, settings));
-    doubts.extend(directions(intersections));
     if settings.inflows.is_none() {
         // Else this program wrote the table from a map, in the right units.
         doubts.extend(units(intersections));
@@ -244,95 +236,65 @@ fn periods(intersections: &[Intersection], settings: &FamilySettings) -> Option<
     })
 }
 
-/// Returns the arms whose names begin with another direction of travel than their bearings have, where the names count.
-fn directions(intersections: &[Intersection]) -> Option<Doubt> {
-    let mut astray = Vec::new();
-    for intersection in intersections {
-        let incoming: Vec<&Approach> =
-            intersection.arms.iter().filter(|arm| arm.lanes_in > 0).collect();
-        let told = Heading::told(incoming.iter().map(|arm| arm.arm.as_str()));
-        for (arm, heading) in incoming.into_iter().zip(told.into_iter().flatten()) {
-            let way_deg = normalise_degrees(arm.bearing_deg + 180.0);
-            if turn_degrees(heading.degrees(), way_deg).abs() > MOST_OFF_DEG {
-                let text = format!("{}, whose vehicles travel at {way_deg} degrees", arm.arm);
-                astray.push(at_line(arm.line, text));
-            }
-        }
-    }
-    let about = "names of arms begin with another direction of travel than bearing_deg has; turning counts, existing plans and \
-                 the plans of reports go by the names, so correct them if the compass is meant";
-    Doubt::of(about, astray)
-}
-
 /// Returns the columns whose median no city has in their unit.
 fn units(intersections: &[Intersection]) -> Vec<Doubt> {
     let middle = |of: &dyn Fn(&Approach) -> Option<f64>| {
         median(incoming(intersections).filter_map(of).collect())
     };
-    let is_daily = |a: &Approach| !a.imputed && a.counted.is_none();
-    let aadt = middle(&|a| is_daily(a).then_some(a.aadt_veh_per_day_per_lane));
-    let wide = middle(&|a| {
-        let is_wide = is_daily(a) && a.lanes_in + a.lanes_out >= WIDE;
-        is_wide.then_some(a.aadt_veh_per_day_per_lane)
-    });
-    let length_m = middle(&|a| Some(a.length_m));
+    let of_day =
+        |a: &Approach| (!a.imputed && a.counted.is_none()).then_some(a.aadt_veh_per_day_per_lane);
+    let is_wide = |a: &Approach| a.lanes_in + a.lanes_out >= WIDE;
+    let aadt = middle(&of_day);
+    let wide = middle(&|a| of_day(a).filter(|_| is_wide(a) && aadt >= MEDIAN_AADT.0));
     let volume = middle(&|a| Some(a.counted?.total_vph() / f64::from(a.lanes_in)));
-    let turns = || incoming(intersections).filter(|a| !a.movements.is_empty());
-    let none_straight = turns().count() >= ENOUGH && turns().all(|a| !a.movements.contains('s'));
-    let half = "half of the approaches";
     let column = "aadt_veh_per_day_per_lane";
-    let per = "vehicles a day and lane";
-    let mut doubts: Vec<Doubt> = speeds(middle(&|a| Some(a.speed_mph))).into_iter().collect();
-    let others = [
-        (
-            length_m < MEDIAN_M.0,
-            format!(
-                "length_m: {half} are shorter than {} m; if the column is in km, multiply it by 1000",
-                MEDIAN_M.0
-            ),
+    [
+        speeds(middle(&|a| Some(a.speed_mph))),
+        unlikely(
+            "length_m",
+            (middle(&|a| Some(a.length_m)), MEDIAN_M),
+            "if it is in km, multiply it by 1000",
+            &format!("if it is in feet, multiply it by {FOOT_M}"),
         ),
-        (
-            length_m > MEDIAN_M.1,
-            format!(
-                "length_m: {half} are longer than {} m; if the column is in feet, multiply it by {FOOT_M}",
-                MEDIAN_M.1
-            ),
+        unlikely(
+            column,
+            (aadt, MEDIAN_AADT),
+            "if the counts are in thousands, multiply them by 1000",
+            "if these are counts of all lanes, divide each by twice its lanes_in, on a one-way street by lanes_in",
         ),
-        (
-            aadt < MEDIAN_THOUSANDS,
-            format!(
-                "{column}: {half} have {aadt} {per} or less; if the counts are in thousands, multiply them by 1000"
-            ),
+        unlikely(
+            &format!("{column} of streets with {WIDE} lanes or more"),
+            (wide, (MEDIAN_HOURLY, f64::INFINITY)),
+            "if these are counts of an hour, divide them by the hour's share of the day (family.hourly_share)",
+            "",
         ),
-        (
-            aadt >= MEDIAN_THOUSANDS && wide < MEDIAN_HOURLY,
-            format!(
-                "{column}: {half} of streets with {WIDE} lanes or more have {wide} {per} or less; if these are counts of an \
-                 hour, divide them by the hour's share of the day (family.hourly_share)"
-            ),
+        unlikely(
+            "left_vph, through_vph and right_vph per lane",
+            (volume, (0.0, MOST_VPH_PER_LANE)),
+            "",
+            "if they are of a day, give those of an hour",
         ),
-        (
-            aadt > MEDIAN_BUSY,
-            format!(
-                "{column}: {half} have {aadt} {per} or more; if these are counts of all lanes, divide each by twice its \
-                 lanes_in, on a one-way street by lanes_in"
-            ),
-        ),
-        (
-            volume > MOST_VPH_PER_LANE,
-            format!(
-                "left_vph, through_vph, right_vph: {half} have {volume:.0} vehicles per hour and lane or more, which no \
-                 lane carries; if they are of a day, give those of an hour"
-            ),
-        ),
-        (
-            none_straight,
-            "movements: nobody goes straight on at any approach; the letter for it is s or t"
-                .into(),
-        ),
-    ];
-    doubts.extend(others.into_iter().filter(|(is, _)| *is).map(|(_, about)| Doubt::whole(about)));
-    doubts
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// Returns that the median of a column lies outside a range, and what to do where it is too small and too large.
+fn unlikely(
+    column: &str,
+    (median, (low, high)): (f64, (f64, f64)),
+    small: &str,
+    large: &str,
+) -> Option<Doubt> {
+    let (than, way_out) = match median {
+        median if median < low => (format!("less than {low}"), small),
+        median if median >= high => (format!("{high} or more"), large),
+        _ => return None,
+    };
+    Some(Doubt::whole(format!(
+        "{column}: half of the approaches have {than}, which hardly any city has; {way_out}"
+    )))
 }
 
 /// Returns the middle of some values; not a number where they are too few to tell a unit.
@@ -343,16 +305,12 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// Returns what is doubtful in speed limits with this median.
 fn speeds(median_mph: f64) -> Option<Doubt> {
-    let (slow, fast) = MEDIAN_MPH;
-    let (what, unit, factor) = match median_mph {
-        mph if mph >= fast => (format!("{fast} mph or more"), "km/h", KMH_TO_MPH),
-        mph if mph < slow => (format!("less than {slow} mph"), "m/s", 1.0 / MPS_PER_MPH),
-        _ => return None,
-    };
-    Some(Doubt::whole(format!(
-        "speed_mph: half of the approaches have {what}, which hardly any street with signals has; if the column is in \
-         {unit}, multiply it by {factor:.6}"
-    )))
+    unlikely(
+        "speed_mph",
+        (median_mph, MEDIAN_MPH),
+        &format!("if it is in m/s, multiply it by {:.6}", 1.0 / MPS_PER_MPH),
+        &format!("if it is in km/h, multiply it by {KMH_TO_MPH:.6}"),
+    )
 }
 
 /// Returns what is doubtful in a table of point MDPs, and what of it is changed.

@@ -5,13 +5,22 @@
 //! is the mean over the arms that lead to the signal, rounded **half to even** to a multiple of
 //! its bin. Rounding half up would give another family (186 instead of 164 point MDPs), because
 //! many values are exact ties.
+//!
+//! **The hour.** Traffic of a hour is `AADT K D`: a share `K` of the day falls into the hour
+//! ([`FamilySettings::hourly_share`]), and of that a share `D` goes in the peak direction of a two-way street
+//! ([`FamilySettings::directional_split`]). Annual counts do not tell which direction that is, and the larger share on every
+//! arm would be more vehicles than were counted. So the peak direction of all streets is the one whose heading is within 90
+//! degrees of one heading ([`FamilySettings::peak_heading_deg`], north-east: north- and eastbound traffic). Of two opposite
+//! arms one gets `2 D` and the other `2 (1 - D)` times its mean, and the two ends of a straight street agree: what is inbound
+//! at one is outbound at the other. One-way streets have no split. Source: directional design-hour volume, Highway Capacity
+//! Manual, and FDOT's Project Traffic Forecasting Handbook. Deviation: there the peak direction of a street is counted.
 
 use std::collections::BTreeMap;
 
 use super::approaches::{Approach, Intersection};
-use super::inflow::direction_factor;
-use crate::settings::{FamilySettings, SixFeatures};
+use crate::settings::{EVEN_SPLIT, FamilySettings, SixFeatures};
 use evaluation::family::MdpFamily;
+use osm_signals::angle::turn_degrees;
 
 /// Lanes of a direction that no turn lane uses up.
 const MIN_SHARED_LANES: u32 = 1;
@@ -30,6 +39,22 @@ pub fn inflow_vph(approach: &Approach, settings: &FamilySettings) -> f64 {
 pub(super) fn uncapped_vph_per_lane(approach: &Approach, settings: &FamilySettings) -> f64 {
     let factor = direction_factor(approach, settings);
     approach.aadt_veh_per_day_per_lane * settings.hourly_share * factor
+}
+
+/// Half of all headings, degrees.
+const HALF_DEG: f64 = 90.0;
+
+/// Returns by what the mean of both directions has to be multiplied for the flow towards the signal.
+fn direction_factor(approach: &Approach, settings: &FamilySettings) -> f64 {
+    if approach.lanes_out == 0 {
+        return 1.0;
+    }
+    let heading_deg = approach.bearing_deg + 180.0;
+    // Of two opposite headings exactly one is in the half-open range.
+    let turn_deg = turn_degrees(settings.peak_heading_deg, heading_deg);
+    let peak = turn_deg > -HALF_DEG && turn_deg <= HALF_DEG;
+    let share = if peak { settings.directional_split } else { 1.0 - settings.directional_split };
+    share / EVEN_SPLIT
 }
 
 /// Returns where a family has the six features.
@@ -142,6 +167,32 @@ pub fn point_id(features: &SixFeatures) -> String {
     )
 }
 
+/// Returns what tells intersections with their own arms apart beyond the six means, such as a crossing from a T junction:
+/// the six features; the number of arms, and of those with traffic in one direction only; the shares of approaches from which
+/// a left turn, the way straight on and a right turn exist; the standard deviation of the inflow between approaches, divided
+/// by its mean. Where every intersection keeps its own arms, k-means compares these columns, each standardised.
+///
+/// Deviation: the paper clusters the context features, which here describe four equal arms.
+pub fn describing(intersection: &Intersection, settings: &FamilySettings) -> Vec<f64> {
+    let arms = &intersection.arms;
+    let approaches: Vec<&Approach> = arms.iter().filter(|a| a.lanes_in > 0).collect();
+    let count = approaches.len() as f64;
+    let one_way = arms.iter().filter(|a| (a.lanes_in == 0) != (a.lanes_out == 0)).count();
+    // Where a table names no movements, all that geometry allows exist.
+    let share = |turn: char| {
+        let has = |a: &&&Approach| a.movements.is_empty() || a.movements.contains(turn);
+        approaches.iter().filter(has).count() as f64 / count
+    };
+    let inflows: Vec<f64> = approaches.iter().map(|a| simulated_inflow_vph(a, settings)).collect();
+    let mean = inflows.iter().sum::<f64>() / count;
+    let variance = inflows.iter().map(|q| (q - mean).powi(2)).sum::<f64>() / count;
+    let mut columns = per_approach_features(intersection, settings).to_array().to_vec();
+    columns.extend([arms.len() as f64, one_way as f64]);
+    columns.extend(['l', 's', 'r'].map(share));
+    columns.push(variance.sqrt() / mean);
+    columns
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -232,5 +283,60 @@ mod tests {
     fn the_id_spells_the_features() {
         let groups = group(&[intersection(vec![arm(2, 2, 6000.0)])], &FamilySettings::default());
         assert_eq!(point_id(&groups[0].0), "L4-S30-D200-Q500-l0-r0");
+    }
+
+    fn factor(bearing_deg: f64, lanes_out: u32, split: f64) -> f64 {
+        let approach = Approach { bearing_deg, lanes_in: 1, lanes_out, ..Approach::default() };
+        let settings = FamilySettings { directional_split: split, ..FamilySettings::default() };
+        direction_factor(&approach, &settings)
+    }
+
+    #[test]
+    fn north_and_eastbound_traffic_has_the_larger_share() {
+        // The arm to the south brings the northbound traffic.
+        let of = |bearing_deg| (100.0 * factor(bearing_deg, 1, 0.55)).round();
+        assert_eq!([180.0, 270.0, 0.0, 90.0].map(of), [110.0, 110.0, 90.0, 90.0]);
+    }
+
+    #[test]
+    fn opposite_arms_have_the_whole_together_whatever_their_bearing() {
+        for tenth in 0..3600 {
+            let bearing_deg = f64::from(tenth) / 10.0;
+            let both = factor(bearing_deg, 1, 0.6) + factor((bearing_deg + 180.0) % 360.0, 1, 0.6);
+            assert!((both - 2.0).abs() < 1e-12, "{bearing_deg}");
+        }
+    }
+
+    #[test]
+    fn equal_directions_and_one_way_streets_change_nothing() {
+        assert_eq!([factor(30.0, 1, 0.5), factor(210.0, 1, 0.5), factor(30.0, 0, 0.7)], [1.0; 3]);
+    }
+
+    fn turning(arm: Approach, movements: &str) -> Approach {
+        Approach { movements: movements.into(), ..arm }
+    }
+
+    fn described(arms: Vec<Approach>) -> Vec<f64> {
+        let intersection = Intersection { arms, ..Intersection::default() };
+        describing(&intersection, &FamilySettings::default())[6..].to_vec()
+    }
+
+    #[test]
+    fn arms_movements_and_the_spread_of_inflow_tell_intersections_with_equal_means_apart() {
+        let cross = described(vec![turning(arm(1, 1, 2400.0), "lsr"); 4]);
+        assert_eq!(cross, [4.0, 0.0, 1.0, 1.0, 1.0, 0.0]);
+        let tee = [
+            turning(arm(1, 1, 2400.0), "sr"),
+            turning(arm(1, 1, 2400.0), "ls"),
+            turning(arm(1, 1, 2400.0), "lr"),
+        ];
+        let third = 2.0 / 3.0;
+        assert_eq!(described(tee.to_vec()), [3.0, 0.0, third, third, third, 0.0]);
+        let uneven = vec![
+            turning(arm(1, 0, 3600.0), ""),
+            turning(arm(1, 1, 2400.0), ""),
+            turning(arm(0, 1, 0.0), ""),
+        ];
+        assert_eq!(described(uneven), [3.0, 2.0, 1.0, 1.0, 1.0, 0.2]);
     }
 }

@@ -8,9 +8,8 @@ use sheet::{Fault, Sheet};
 use toml::Table;
 
 use super::approaches::{self, Approach, Intersection, check_arms};
-use super::describing::describing;
 use super::doubts::{self, Doubt};
-use super::features::{group, per_approach_features, point_id};
+use super::features::{describing, group, per_approach_features, point_id};
 use super::points;
 use crate::existing::{self, Plans};
 use crate::settings::InflowSources;

@@ -67,54 +67,49 @@ mod tests {
         read("f", &format!("{columns},{SIX}\n{rows}"), "p.csv").map_err(|e| e.to_string())
     }
 
-    fn error(columns: &str, rows: &[&str]) -> String {
-        family(columns, rows).unwrap_err()
-    }
-
-    fn six(values: &str) -> Result<MdpFamily, String> {
-        read("f", &format!("importance,{SIX}\n1,{values}\n"), "p.csv").map_err(|e| e.to_string())
+    #[test]
+    fn features_have_units_counts_become_importance_and_names_become_ids() {
+        let counted = family("intersections,mass_kg", &["3,1", "1,3"]).unwrap();
+        assert_eq!(counted.features[0], Feature { name: "mass_kg".into(), unit: "kg".into() });
+        assert_eq!(counted.points[1].features, [3.0, 4.0, 30.0, 200.0, 500.0, 0.0, 0.0]);
+        assert_eq!((counted.importance(), &*counted.points[0].id), (vec![0.75, 0.25], "p0001"));
+        let named = family("point,importance", &["Main St / 5th,0.5", "../a,0.5"]).unwrap();
+        for (point, title) in named.points.iter().zip(["Main St / 5th", "../a"]) {
+            check_id("point", &point.id).unwrap();
+            assert_eq!(point.title, title);
+        }
     }
 
     #[test]
-    fn any_number_of_features_is_read_with_units() {
-        let family = family("point,importance,mass_kg", &["a,0.5,1", "b,0.5,3"]).unwrap();
-        assert_eq!(family.features[0], Feature { name: "mass_kg".into(), unit: "kg".into() });
-        assert_eq!(family.points[1].features, [3.0, 4.0, 30.0, 200.0, 500.0, 0.0, 0.0]);
-    }
-
-    #[test]
-    fn counts_become_importance() {
-        let family = family("intersections", &["3", "1"]).unwrap();
-        assert_eq!(family.importance(), [0.75, 0.25]);
-        assert_eq!(family.points[0].id, "p0001");
-    }
-
-    #[test]
-    fn a_negative_feature_names_line_and_value() {
-        assert_eq!(
-            error("importance,x", &["1,-2"]),
-            "p.csv, line 2: x = -2: expected a number that is not negative"
-        );
-    }
-
-    #[test]
-    fn a_feature_that_networks_need_has_to_be_there_and_possible() {
-        let without =
-            read("f", "importance,lanes,speed\n1,4,30\n", "p.csv").unwrap_err().to_string();
-        assert_eq!(
-            without,
-            "p.csv, line 1: no column speed_mph; if it is the column speed, rename that"
-        );
-        let other_unit = read("f", "importance,lanes,speed_kmh\n1,4,50\n", "p.csv").unwrap_err();
-        assert_eq!(
-            other_unit.to_string(),
-            "p.csv, line 1: no column speed_mph; the column speed_kmh has another unit: multiply it by \
-             0.621371 and call it speed_mph"
-        );
-        let e = six("4,300,200,500,0,0").unwrap_err();
-        assert_eq!(e, "p.csv, line 2: speed_mph = 300: expected a number from 1 to 100");
-        let e = six("4,,200,500,0,0").unwrap_err();
-        assert_eq!(e, "p.csv, line 2: speed_mph is empty; give a number");
+    fn what_no_intersection_has_names_line_and_value() {
+        for (columns, row, expected) in [
+            (
+                "importance,x",
+                "1,-2,4,30,200,500,0,0",
+                "x = -2: expected a number that is not negative",
+            ),
+            (
+                "importance",
+                "1,4,300,200,500,0,0",
+                "speed_mph = 300: expected a number from 1 to 100",
+            ),
+            ("importance", "1,4,,200,500,0,0", "speed_mph is empty; give a number"),
+        ] {
+            let e = read("f", &format!("{columns},{SIX}\n{row}\n"), "p.csv").unwrap_err();
+            assert_eq!(e.to_string(), format!("p.csv, line 2: {expected}"));
+        }
+        for (columns, expected) in [
+            ("lanes,speed", "no column speed_mph; if it is the column speed, rename that"),
+            (
+                "lanes,speed_kmh",
+                "no column speed_mph; the column speed_kmh has another unit: multiply it by 0.621371 and call it speed_mph",
+            ),
+        ] {
+            let e = read("f", &format!("importance,{columns}\n1,4,30\n"), "p.csv").unwrap_err();
+            assert_eq!(e.to_string(), format!("p.csv, line 1: {expected}"));
+        }
+        let e = family("point,importance", &["a,0.5", "a,0.5"]).unwrap_err();
+        assert!(e.contains("point a stands twice"), "{e}");
     }
 
     #[test]
@@ -133,20 +128,5 @@ mod tests {
         let added: Vec<&String> = doubts.iter().flat_map(|d| &d.rows).collect();
         let expected = "point L4-S50-D300-Q750-l1-r1: 3 instead of 2".to_owned();
         assert!(added.contains(&&expected), "{added:?}");
-    }
-
-    #[test]
-    fn a_name_may_be_any_text_and_its_id_stays_in_the_folder() {
-        let family = family("point,importance", &["Main St / 5th,0.5", "../a,0.5"]).unwrap();
-        for point in &family.points {
-            check_id("point", &point.id).unwrap();
-        }
-        let titles: Vec<_> = family.points.iter().map(|p| p.title.as_str()).collect();
-        assert_eq!(titles, ["Main St / 5th", "../a"]);
-    }
-
-    #[test]
-    fn a_doubled_point_is_refused() {
-        assert!(error("point,importance", &["a,0.5", "a,0.5"]).contains("point a stands twice"));
     }
 }

@@ -5,7 +5,7 @@
 //! - Left, through and right are the turns that the bearings of the arms make. A turn that was counted exists, also where
 //!   `movements` lacks it. Turns without an exit of their name go to the exits that nobody was counted for, from left to
 //!   right, where these are as many. Where a street bends, the three turns of an approach lead to its three exits in their
-//!   order if the names of directions say the same; see [`Directions`].
+//!   order if the names of directions say the same.
 //! - Pedestrians of `NB` cross the arm that northbound vehicles come from. Those of no direction are divided equally among the
 //!   arms that lead to the signal. More than a table may have are cut.
 //! - U-turns count as the turns across opposing traffic: to the left, or in left-hand traffic to the right. Deviation:
@@ -18,19 +18,18 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use jiff::civil::Weekday;
+use osm_signals::angle::turn_degrees;
 use osm_signals::turn::exits_on;
 use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
-use super::hour::{Hour, Interval, Unfit, busiest};
-use super::layout::DAY_MIN;
-use super::matching::matched_arms;
+use super::hour::{DAY_MIN, Hour, Interval, busiest};
 use super::{CountedIntersection, FEW, Period, Towards, TurningCounts};
 use crate::family::approaches::{
     Approach, Arrivals, Counted, Intersection, MOST_EXITS, MOST_PEDESTRIANS_PER_H,
 };
 use crate::family::doubts::{Doubt, Said};
-use crate::vocabulary::Heading;
+use crate::vocabulary::{Heading, MOST_OFF_DEG};
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 
@@ -41,7 +40,7 @@ const TURNS: [Turn; 3] = [Turn::Left, Turn::Through, Turn::Right];
 pub(crate) const FEW_VEHICLES: f64 = 20.0;
 
 /// A table of approaches with counts.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Joined {
     /// The rows; those of one intersection and period stand together.
     pub approaches: Vec<Approach>,
@@ -53,17 +52,14 @@ pub struct Joined {
     pub doubts: Vec<Doubt>,
 }
 
-impl Joined {
-    /// Returns the approaches of intersections as they are.
-    pub fn of(intersections: &[Intersection]) -> Self {
-        Self {
-            approaches: intersections.iter().flat_map(|i| i.arms.clone()).collect(),
-            counted: BTreeSet::new(),
-            found: Vec::new(),
-            doubts: Vec::new(),
-        }
-    }
-}
+/// Cost of a direction without an arm, as if it were so many degrees off.
+const WITHOUT_DEG: f64 = 120.0;
+
+/// Difference of two assignments of directions to arms, degrees in the quadratic mean, below which either may be meant.
+const CLOSE_DEG: f64 = 12.0;
+
+/// Eighths of a circle from a direction to that of the vehicles which come from the arms on its left, ahead and on its right.
+const FACING: [usize; 3] = [2, 4, 6];
 
 /// What is said of turns without an exit.
 const NO_EXIT: &str = "counted turns have no exit, and their vehicles are not simulated";
@@ -71,6 +67,7 @@ const NO_EXIT: &str = "counted turns have no exit, and their vehicles are not si
 /// How counts are given to arms.
 #[derive(Default)]
 struct Joining {
+    side: DrivingSide,
     said: Said,
     /// Whether a counted direction has an arm.
     is_given: bool,
@@ -98,72 +95,62 @@ impl TurningCounts {
         side: DrivingSide,
     ) -> Result<Joined, FamilyError> {
         let (rows_of, unknown) = self.by_intersection(intersections)?;
-        let mut doubts = self.doubts.clone();
-        let mut joining = Joining::default();
-        let mut hours: Vec<(Option<&Period>, Vec<Hour>)> = Vec::new();
+        let (counted, uncounted): (Vec<_>, Vec<_>) =
+            intersections.iter().zip(&rows_of).partition(|(_, rows)| rows.is_some());
+        let mut found = vec![format!(
+            "turning counts: {} of {} intersections",
+            counted.len(),
+            intersections.len()
+        )];
+        let mut joining = Joining { side, ..Joining::default() };
         let mut approaches = Vec::new();
         let asked: Vec<Option<&Period>> =
             if periods.is_empty() { vec![None] } else { periods.iter().map(Some).collect() };
         for period in asked {
-            let (mut of_period, mut no_hour) = (Vec::new(), Vec::new());
-            for (intersection, counted) in intersections.iter().zip(&rows_of) {
+            let (mut hours, mut no_hour) = (Vec::new(), Vec::new());
+            for (intersection, rows) in intersections.iter().zip(&rows_of) {
                 let mut arms = intersection.arms.clone();
-                if let Some(counted) = counted {
-                    match joining.hour(counted, &intersection.id, period) {
-                        Ok(hour) => {
-                            joining.give(&hour, intersection, &mut arms, side);
-                            of_period.push(hour);
+                if let Some(rows) = rows {
+                    match joining.hour(rows, &intersection.id, period)? {
+                        Some(hour) => {
+                            joining.give(&hour, intersection, &mut arms);
+                            hours.push(hour);
                         }
-                        // What one intersection lacks in a period is said; what all lack is wrong.
-                        Err(Unfit::NoHour(line, message)) => {
-                            let place = Fault { line, message };
-                            no_hour.push((intersection.id.clone(), at(&counted.file, place)));
-                        }
-                        Err(Unfit::Wrong(line, message)) => {
-                            return Err(at(&counted.file, Fault { line, message }));
-                        }
+                        None => no_hour.push((intersection, rows)),
                     }
                 }
-                if let Some(period) = period {
-                    arms.iter_mut().for_each(|arm| arm.period.clone_from(&period.name));
+                for arm in arms.iter_mut().filter(|_| period.is_some()) {
+                    arm.period = period.map_or_else(String::new, |period| period.name.clone());
                 }
                 approaches.extend(arms);
             }
-            if (of_period.is_empty() || period.is_none()) && !no_hour.is_empty() {
-                return Err(no_hour.swap_remove(0).1);
-            }
-            for (id, error) in &no_hour {
+            let within = period.map_or_else(String::new, |period| format!(" within {period}"));
+            // What one intersection lacks in a period is said; what all lack is wrong.
+            for (intersection, rows) in no_hour {
+                if hours.is_empty() || period.is_none() {
+                    let message =
+                        format!("no hour{within} is complete; add the rows that are missing");
+                    return Err(rows.at_first(message));
+                }
                 let about = "counted, but without a complete hour in the period";
-                joining.said.say(about, format!("intersection {id}: {error}"));
+                joining.said.say(about, format!("intersection {}{within}", intersection.id));
             }
-            hours.push((period, of_period));
+            found.extend(summary(period, &hours));
         }
         if let Some(why) = joining.nowhere.first().filter(|_| !joining.is_given) {
             return Err(self.intersections[0].at_first(why.clone()));
         }
-        let mut found = vec![format!(
-            "turning counts: {} of {} intersections",
-            rows_of.iter().flatten().count(),
-            intersections.len()
-        )];
-        found.extend(hours.iter().filter_map(|(period, hours)| summary(*period, hours)));
+        let mut doubts = self.doubts.clone();
         doubts.extend(Doubt::of(
             "counts of intersections that the table does not have are not used",
             unknown,
         ));
-        let uncounted: Vec<String> = (intersections.iter().zip(&rows_of))
-            .filter(|(_, counted)| counted.is_none())
-            .map(|(i, _)| format!("intersection {}", i.id))
-            .collect();
         doubts.extend(Doubt::of(
             "intersections without turning counts keep the traffic that the table has, in every period",
-            uncounted,
+            uncounted.iter().map(|(i, _)| format!("intersection {}", i.id)).collect(),
         ));
         doubts.extend(joining.said.doubts());
-        let counted = (intersections.iter().zip(&rows_of))
-            .filter(|(_, counted)| counted.is_some())
-            .map(|(i, _)| i.id.clone())
-            .collect();
+        let counted = counted.iter().map(|(i, _)| i.id.clone()).collect();
         Ok(Joined { approaches, counted, found, doubts })
     }
 
@@ -195,19 +182,20 @@ impl TurningCounts {
                 },
             }
         }
-        if rows.iter().all(Option::is_none) {
-            let few = |ids: Vec<&str>| {
-                let more = if ids.len() > FEW { ", ..." } else { "" };
-                format!("{}{more}", ids[..ids.len().min(FEW)].join(", "))
-            };
-            return Err(self.intersections[0].at_first(format!(
-                "none of the counted intersections ({}) is one of the table ({}); call them alike in a column INTID, the \
-                 title or the name of the file, for example with the ids of --signals",
-                few(unknown.iter().map(String::as_str).collect()),
-                few(intersections.iter().map(|i| i.id.as_str()).collect())
-            )));
+        if rows.iter().any(Option::is_some) {
+            return Ok((rows, unknown));
         }
-        Ok((rows, unknown))
+        let few = |mut ids: Vec<&str>| {
+            let more = if ids.len() > FEW { ", ..." } else { "" };
+            ids.truncate(FEW);
+            format!("{}{more}", ids.join(", "))
+        };
+        Err(self.intersections[0].at_first(format!(
+            "none of the counted intersections ({}) is one of the table ({}); call them alike in a column INTID, the title \
+             or the name of the file, for example with the ids of --signals",
+            few(unknown.iter().map(String::as_str).collect()),
+            few(intersections.iter().map(|i| i.id.as_str()).collect())
+        )))
     }
 }
 
@@ -230,17 +218,16 @@ pub(crate) fn meant<'a>(
         return Ok(Some(*exact));
     }
     if alike.len() > 1 {
-        let alike: Vec<&str> = alike.into_iter().collect();
+        let alike = alike.into_iter().collect::<Vec<_>>().join(" or ");
         return Err(format!(
-            "{name} may be intersection {}; call it exactly like one of them",
-            alike.join(" or ")
+            "{name} may be intersection {alike}; call it exactly like one of them"
         ));
     }
     Ok(alike.pop_first())
 }
 
 /// Returns a name as it is compared: without case, leading zeros, and what separates words.
-pub(crate) fn comparable(id: &str) -> String {
+fn comparable(id: &str) -> String {
     let id = id.to_lowercase();
     let words = id.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty());
     let plain: Vec<&str> = words
@@ -269,106 +256,138 @@ fn summary(period: Option<&Period>, hours: &[Hour]) -> Option<String> {
     Some(format!("  {named}{when}, {vehicles:.0} vehicles"))
 }
 
-/// Gives an arm what was known of it before and not counted now: pedestrians, heavy vehicles and the peak hour factor.
-fn keep(counted: &mut Counted, before: Counted) {
-    counted.pedestrians_per_h = before.pedestrians_per_h;
-    if counted.total_vph() > 0.0 {
-        counted.heavy_vehicles = counted.heavy_vehicles.or(before.heavy_vehicles);
-        let is_factor = |arrivals: &Arrivals| matches!(arrivals, Arrivals::PeakHourFactor(_));
-        counted.arrivals = counted.arrivals.or(before.arrivals.filter(is_factor));
+/// Returns the arms of an intersection that vehicles with these directions come from, as positions in `arms`, and whether
+/// another assignment is nearly as good, as at an intersection whose streets lie at 45 degrees. Where the names of all arms
+/// that lead to the signal begin with different directions, as those of UTDF do, these count, else the compass: each arm
+/// once, with the least sum of squared deviations.
+pub(crate) fn matched_arms(
+    headings: &[Heading],
+    arms: &[Approach],
+    taken: &[usize],
+) -> (Vec<Option<usize>>, bool) {
+    let incoming: Vec<usize> = (0..arms.len()).filter(|i| arms[*i].lanes_in > 0).collect();
+    if let Some(told) = Heading::told(incoming.iter().map(|i| arms[*i].arm.as_str())) {
+        let place = |heading: &Heading| told.iter().position(|other| other == heading);
+        let arms = headings.iter().map(|heading| place(heading).map(|i| incoming[i])).collect();
+        return (arms, false);
+    }
+    let free = incoming.into_iter().filter(|i| !taken.contains(i));
+    let free: Vec<(usize, f64)> = free.map(|i| (i, arms[i].bearing_deg)).collect();
+    let mut all = Vec::new();
+    assign(headings, &free, &mut Vec::new(), 0.0, &mut all);
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let n = headings.len().max(1) as f64;
+    let second = all.get(1).map_or(f64::INFINITY, |(cost, _)| *cost);
+    let (best, arms) = all.swap_remove(0);
+    (arms, (second / n).sqrt() - (best / n).sqrt() < CLOSE_DEG)
+}
+
+/// Collects the assignments of the directions that are left to arms of these bearings, each with its cost.
+fn assign(
+    headings: &[Heading],
+    free: &[(usize, f64)],
+    chosen: &mut Vec<Option<usize>>,
+    cost: f64,
+    all: &mut Vec<(f64, Vec<Option<usize>>)>,
+) {
+    let Some(heading) = headings.get(chosen.len()) else {
+        all.push((cost, chosen.clone()));
+        return;
+    };
+    let off_deg = |bearing_deg: f64| turn_degrees(heading.degrees(), bearing_deg + 180.0).abs();
+    let ways = free.iter().map(|(arm, bearing_deg)| (Some(*arm), off_deg(*bearing_deg)));
+    for (arm, off_deg) in ways.chain([(None, WITHOUT_DEG)]) {
+        if arm.is_none() || off_deg <= MOST_OFF_DEG && !chosen.contains(&arm) {
+            chosen.push(arm);
+            assign(headings, free, chosen, cost + off_deg * off_deg, all);
+            chosen.pop();
+        }
     }
 }
 
-/// Returns the quarters of an approach, of which vehicles without an exit are no part.
-fn quarters(hour: &Hour, heading: Heading, total: f64) -> Option<Arrivals> {
-    let counted = hour.quarters.get(&heading)?;
-    let sum: f64 = counted.iter().sum();
-    (total > 0.0).then(|| Arrivals::QuarterHours(counted.map(|vehicles| vehicles * total / sum)))
+fn words([left, through, right]: [f64; 3]) -> String {
+    format!("{left:.0} left, {through:.0} through, {right:.0} right")
 }
 
 impl Joining {
-    /// Returns the busiest hour of an intersection.
+    /// Returns the busiest hour of an intersection, if one is complete.
     fn hour(
         &mut self,
         counted: &CountedIntersection,
         id: &str,
         period: Option<&Period>,
-    ) -> Result<Hour, Unfit> {
+    ) -> Result<Option<Hour>, FamilyError> {
         let (from, to) = period.map_or((0, DAY_MIN), |p| (p.from_min, p.to_min));
         let is_weekend = |row: &&Interval| {
             row.day.is_some_and(|day| matches!(day.weekday(), Weekday::Saturday | Weekday::Sunday))
         };
-        let is_within = |row: &Interval| row.minute.is_none_or(|m| (from..to).contains(&m));
+        let is_within = |row: &&Interval| row.minute.is_none_or(|m| (from..to).contains(&m));
         let (weekends, working): (Vec<&Interval>, Vec<_>) =
             counted.intervals.iter().partition(is_weekend);
-        let has_working_days = working.iter().any(|row| is_within(row));
+        let has_working_days = working.iter().any(is_within);
         let rows = if has_working_days { working } else { counted.intervals.iter().collect() };
-        let hour = busiest(&rows, period)?;
+        let hour = busiest(&rows, period)
+            .map_err(|(line, message)| at(&counted.file, Fault { line, message }))?;
+        let Some(hour) = hour else { return Ok(None) };
         let of_period = period.map_or_else(String::new, |p| format!(", {}", p.name));
         let at = format!("intersection {id}{of_period}");
-        let days: BTreeSet<_> = counted.intervals.iter().map(|row| row.day).collect();
-        if days.len() > 1 {
-            let left_out = weekends.iter().map(|row| row.day).collect::<BTreeSet<_>>().len();
-            let left_out = match left_out {
-                weekends if has_working_days && weekends > 0 => {
-                    format!(", without weekends ({weekends})")
-                }
-                _ => String::new(),
-            };
-            let days =
-                if hour.days == 1 { "1 day".to_owned() } else { format!("{} days", hour.days) };
-            self.said
-                .say("the hour is the mean of several days", format!("{at}: {days}{left_out}"));
-        }
-        if !has_working_days && !weekends.is_empty() {
-            let about = "the hour is one of a weekend, because no working day was counted then";
-            self.said.say(about, at.clone());
-        }
-        if hour.empty > 0 {
-            self.said.say(
+        let days = |rows: &[&Interval]| rows.iter().map(|row| row.day).collect::<BTreeSet<_>>();
+        let all_days = days(&counted.intervals.iter().collect::<Vec<_>>()).len();
+        let left_out = if has_working_days { days(&weekends).len() } else { 0 };
+        let of_days = match left_out {
+            0 => format!("{at}: {} days", hour.days),
+            n => format!("{at}: {} days, without weekends ({n})", hour.days),
+        };
+        for (is, about, row) in [
+            (all_days > 1, "the hour is the mean of several days", of_days),
+            (
+                !has_working_days && !weekends.is_empty(),
+                "the hour is one of a weekend, because no working day was counted then",
+                at.clone(),
+            ),
+            (
+                hour.empty > 0,
                 "empty fields beside numbers count as nobody",
                 format!("{at}: {} fields", hour.empty),
-            );
-        }
-        for times in &hour.missing {
-            let about = "rows are missing between others, so hours with them may have been busier; add them";
-            self.said.say(about, format!("{at}: {times}"));
-        }
-        if hour.total() < FEW_VEHICLES {
-            self.said.say(
+            ),
+            (
+                hour.gaps > 0,
+                "rows are missing between others, so hours with them may have been busier; add them",
+                format!("{at}: {} times", hour.gaps),
+            ),
+            (
+                hour.total() < FEW_VEHICLES,
                 "the busiest hour has hardly any vehicle; counts may be shares or in thousands",
                 format!("{at}: {:.1} vehicles", hour.total()),
-            );
+            ),
+            (hour.is_assumed, "rows without a length, read as the vehicles of an hour", at.clone()),
+        ] {
+            if is {
+                self.said.say(about, row);
+            }
         }
-        if hour.is_assumed {
-            self.said.say("rows without a length, read as the vehicles of an hour", at);
-        }
-        Ok(hour)
+        Ok(Some(hour))
     }
 
     /// Gives an hour to the arms of an intersection.
-    fn give(
-        &mut self,
-        hour: &Hour,
-        intersection: &Intersection,
-        arms: &mut [Approach],
-        side: DrivingSide,
-    ) {
-        let at = |heading: Heading| format!("intersection {}, {heading}", intersection.id);
-        let headings: Vec<Heading> = hour.headings().into_iter().collect();
-        let matched = matched_arms(&headings, arms, &[]);
-        if matched.is_ambiguous {
-            self.said.say("directions of the compass may belong to other arms, because the streets lie between them; compare the volumes", format!("intersection {}", intersection.id));
+    fn give(&mut self, hour: &Hour, intersection: &Intersection, arms: &mut [Approach]) {
+        let id = &intersection.id;
+        let is_counted = |(_, n): &(_, &f64)| **n > 0.0;
+        let headings: BTreeSet<Heading> =
+            hour.vehicles.iter().filter(is_counted).map(|((heading, _), _)| *heading).collect();
+        let headings: Vec<Heading> = headings.into_iter().collect();
+        let (matched, is_ambiguous) = matched_arms(&headings, arms, &[]);
+        if is_ambiguous {
+            self.said.say("directions of the compass may belong to other arms, because the streets lie between them; compare the volumes", format!("intersection {id}"));
         }
-        let has_arm = matched.arms.iter().any(Option::is_some);
+        let has_arm = matched.iter().any(Option::is_some);
         self.is_given |= has_arm;
         if !has_arm && !headings.is_empty() {
             let counted: Vec<&str> = headings.iter().map(|heading| heading.name()).collect();
             let known: Vec<&str> = arms.iter().map(|arm| arm.arm.as_str()).collect();
             self.nowhere.push(format!(
-                "intersection {}: its counted directions {} belong to none of its arms {}; call directions and arms alike, or \
-                 correct bearing_deg of the arms",
-                intersection.id,
+                "intersection {id}: its counted directions {} belong to none of its arms {}; call directions and arms alike, \
+                 or correct bearing_deg of the arms",
                 counted.join(" "),
                 known.join(", ")
             ));
@@ -378,97 +397,97 @@ impl Joining {
         for arm in arms.iter_mut().filter(|arm| arm.lanes_in > 0) {
             arm.counted = Some(Counted::default());
         }
-        let across = Turn::across(side);
-        for (heading, arm) in headings.iter().zip(&matched.arms) {
-            let vehicles = |towards| hour.of(*heading, towards);
+        let arm_of: BTreeMap<Heading, Option<usize>> = headings.into_iter().zip(matched).collect();
+        for (&heading, &arm) in &arm_of {
+            let at = format!("intersection {id}, {heading}");
+            let vehicles =
+                |towards| hour.vehicles.get(&(heading, towards)).copied().unwrap_or_default();
             let back = vehicles(Towards::UTurn);
             let mut volumes = [Towards::Left, Towards::Through, Towards::Right].map(vehicles);
-            let Some(arm) = *arm else {
-                self.said.say("counted directions have no arm, and their vehicles are not simulated; correct the direction or bearing_deg", format!(
-                    "{}: {:.0} veh/h",
-                    at(*heading),
-                    volumes.iter().sum::<f64>() + back
-                ));
+            let Some(arm) = arm else {
+                let all = volumes.iter().sum::<f64>() + back;
+                self.said.say("counted directions have no arm, and their vehicles are not simulated; correct the direction or bearing_deg", format!("{at}: {all:.0} veh/h"));
                 continue;
             };
             let others = (0..arms.len()).filter(|i| *i != arm && arms[*i].lanes_out > 0);
-            let exits =
-                exits_on(side, arms[arm].bearing_deg, others.map(|i| (i, arms[i].bearing_deg)));
-            let directions = Directions { headings: &headings, arms: &matched.arms };
-            let is_named = directions.name_exits(*heading, &exits);
-            let mut ways: Vec<Turn> = exits.iter().map(|(_, turn)| *turn).collect();
-            if is_named {
-                ways = TURNS.to_vec();
-            } else if let Some(other) =
-                directions.ahead(*heading, &exits).filter(|_| volumes[1] > 0.0)
-            {
-                let from = format!("where {other} comes from");
-                self.said.say("vehicles that go straight on leave by a street of another direction; compare bearing_deg and the counts", format!("{}: {:.0} veh/h to {from}", at(*heading), volumes[1]));
-            }
-            self.fit(&mut volumes, &ways, &at(*heading));
+            let others = others.map(|i| (i, arms[i].bearing_deg));
+            let exits = exits_on(self.side, arms[arm].bearing_deg, others);
+            let is_named = name_exits(&arm_of, heading, &exits);
+            let ways: Vec<Turn> =
+                if is_named { TURNS.to_vec() } else { exits.iter().map(|e| e.1).collect() };
+            self.fit(&mut volumes, &ways, &at);
+            let across = Turn::across(self.side);
             if back > 0.0 && ways.contains(&across) {
                 volumes[across as usize] += back;
-                self.said.say(
-                    format!("U-turns count as {} turns", across.name()),
-                    format!("{}: {back:.0} veh/h", at(*heading)),
-                );
+                let about = format!("U-turns count as {} turns", across.name());
+                self.said.say(about, format!("{at}: {back:.0} veh/h"));
             } else if back > 0.0 {
-                self.said.say(NO_EXIT, format!("{} U-turn: {back:.0} veh/h", at(*heading)));
+                self.said.say(NO_EXIT, format!("{at} U-turn: {back:.0} veh/h"));
             }
-            self.look_at_exits(hour, *heading, &volumes, &ways, &at(*heading));
+            self.look_at_exits(hour, heading, &volumes, &ways, &at);
             let mut exits_vph = None;
             if is_named {
                 let (by_bearings, by_exit) = by_turn(volumes, &exits);
-                let words = |[left, through, right]: [f64; 3]| {
-                    format!("{left:.0} left, {through:.0} through, {right:.0} right")
-                };
-                let (told, drawn) = (words(volumes), words(by_bearings));
-                self.said.say("streets bend, so bearings call turns otherwise; the vehicles go to the exits that the names of directions say", format!("{}: {told} are {drawn}", at(*heading)));
+                self.said.say(
+                    "streets bend, so bearings call turns otherwise; the vehicles go to the exits that the names of directions say",
+                    format!("{at}: {} are {}", words(volumes), words(by_bearings)),
+                );
                 (volumes, exits_vph) = (by_bearings, Some(by_exit));
             }
-            self.add_letters(&mut arms[arm], &volumes, &at(*heading));
+            self.add_letters(&mut arms[arm], &volumes, &at);
+            let [left_vph, through_vph, right_vph] = volumes;
+            let total: f64 = volumes.iter().sum();
+            // Vehicles without an exit are no part of the quarters.
+            let quarters = hour.quarters.get(&heading).filter(|_| total > 0.0).map(|quarters| {
+                let sum: f64 = quarters.iter().sum();
+                Arrivals::QuarterHours(quarters.map(|vehicles| vehicles * total / sum))
+            });
             arms[arm].counted = Some(Counted {
-                left_vph: volumes[0],
-                through_vph: volumes[1],
-                right_vph: volumes[2],
-                arrivals: quarters(hour, *heading, volumes.iter().sum()),
-                heavy_vehicles: hour.heavy.get(heading).copied(),
+                left_vph,
+                through_vph,
+                right_vph,
+                arrivals: quarters,
+                heavy_vehicles: hour.heavy.get(&heading).copied(),
                 pedestrians_per_h: None,
                 exits_vph,
             });
         }
         // What a network in UTDF says stays where nobody counted it.
         for (arm, before) in arms.iter_mut().zip(before) {
-            if let Some((counted, before)) = arm.counted.as_mut().zip(before) {
-                keep(counted, before);
+            let (Some(counted), Some(before)) = (arm.counted.as_mut(), before) else { continue };
+            counted.pedestrians_per_h = before.pedestrians_per_h;
+            if counted.total_vph() > 0.0 {
+                counted.heavy_vehicles = counted.heavy_vehicles.or(before.heavy_vehicles);
+                let is_factor =
+                    |arrivals: &Arrivals| matches!(arrivals, Arrivals::PeakHourFactor(_));
+                counted.arrivals = counted.arrivals.or(before.arrivals.filter(is_factor));
             }
         }
-        let of_vehicles = headings.into_iter().zip(matched.arms).collect();
-        self.give_pedestrians(hour, intersection, arms, of_vehicles);
+        if !hour.pedestrians.is_empty() {
+            self.give_pedestrians(hour, id, arms, arm_of);
+        }
     }
 
     /// Gives the people of an hour to the arms that they cross.
     fn give_pedestrians(
         &mut self,
         hour: &Hour,
-        intersection: &Intersection,
+        id: &str,
         arms: &mut [Approach],
         mut arm_of: BTreeMap<Heading, Option<usize>>,
     ) {
-        if hour.pedestrians.is_empty() {
-            return;
-        }
         let headings = hour.pedestrians.keys().copied().flatten();
         let headings: Vec<Heading> =
             headings.filter(|heading| !arm_of.contains_key(heading)).collect();
         let taken: Vec<usize> = arm_of.values().copied().flatten().collect();
-        let matched = matched_arms(&headings, arms, &taken);
-        arm_of.extend(headings.into_iter().zip(matched.arms));
+        let (matched, _) = matched_arms(&headings, arms, &taken);
+        arm_of.extend(headings.into_iter().zip(matched));
         let anywhere = hour.pedestrians.get(&None).copied();
         if let Some(anywhere) = anywhere.filter(|anywhere| *anywhere > 0.0) {
-            let about =
-                "pedestrians per hour without a direction are divided equally among the crosswalks";
-            self.said.say(about, format!("intersection {}: {anywhere:.0}", intersection.id));
+            self.said.say(
+                "pedestrians per hour without a direction are divided equally among the crosswalks",
+                format!("intersection {id}: {anywhere:.0}"),
+            );
         }
         let incoming = arms.iter().filter(|arm| arm.lanes_in > 0).count();
         // Nobody knows who crosses an arm that was not counted beside others.
@@ -478,25 +497,22 @@ impl Joining {
         for (heading, count) in counted {
             match arm_of[&heading] {
                 Some(arm) => *per_h[arm].get_or_insert(0.0) += count,
-                None if count > 0.0 => self.said.say("pedestrians cross an arm that does not lead to the signal, and are not simulated", format!("intersection {}, {heading}: {count:.0}", intersection.id)),
+                None if count > 0.0 => self.said.say("pedestrians cross an arm that does not lead to the signal, and are not simulated", format!("intersection {id}, {heading}: {count:.0}")),
                 None => {}
             }
         }
-        let too_many = format!(
-            "more than {MOST_PEDESTRIANS_PER_H} pedestrians per hour cross an arm, and so many are simulated; give counts of \
-             an hour, not of a day"
-        );
         for (arm, per_h) in arms.iter_mut().zip(per_h) {
             let Some(counted) = arm.counted.as_mut().filter(|_| arm.lanes_in > 0) else { continue };
+            let at = format!("intersection {id}, arm {}", arm.arm);
             let Some(per_h) = per_h else {
-                self.said.say("pedestrians were counted on other arms only, and these have nobody who pushes a button", format!("intersection {}, arm {}", intersection.id, arm.arm));
+                self.said.say("pedestrians were counted on other arms only, and these have nobody who pushes a button", at);
                 continue;
             };
             counted.pedestrians_per_h = Some(per_h.min(MOST_PEDESTRIANS_PER_H));
             if per_h > MOST_PEDESTRIANS_PER_H {
                 self.said.say(
-                    too_many.as_str().to_owned(),
-                    format!("intersection {}, arm {}: {per_h:.0}", intersection.id, arm.arm),
+                    format!("more than {MOST_PEDESTRIANS_PER_H} pedestrians per hour cross an arm, and so many are simulated"),
+                    format!("{at}: {per_h:.0}"),
                 );
             }
         }
@@ -504,24 +520,20 @@ impl Joining {
 
     /// Gives the vehicles of turns that do not exist to exits that nobody was counted for, from left to right.
     fn fit(&mut self, volumes: &mut [f64; 3], ways: &[Turn], at: &str) {
-        let missing: Vec<usize> =
-            (0..3).filter(|i| volumes[*i] > 0.0 && !ways.contains(&TURNS[*i])).collect();
-        if missing.is_empty() {
-            return;
-        }
-        let free: Vec<usize> =
-            (0..3).filter(|i| volumes[*i] == 0.0 && ways.contains(&TURNS[*i])).collect();
-        if missing.len() == free.len() {
-            let mut renamed = *volumes;
-            for (from, to) in missing.iter().zip(&free) {
-                renamed[*to] = volumes[*from];
-                renamed[*from] = 0.0;
-            }
-            let words = |[left, through, right]: &[f64; 3]| {
-                format!("{left:.0} left, {through:.0} through, {right:.0} right")
+        let told = *volumes;
+        let turns = |is_missing: bool| -> Vec<usize> {
+            let is = |i: &usize| {
+                (told[*i] > 0.0) == is_missing && ways.contains(&TURNS[*i]) != is_missing
             };
-            self.said.say("counted turns are given to exits from left to right, because bearings call them otherwise", format!("{at}: {} become {}", words(volumes), words(&renamed)));
-            *volumes = renamed;
+            (0..3).filter(is).collect()
+        };
+        let (missing, free) = (turns(true), turns(false));
+        if !missing.is_empty() && missing.len() == free.len() {
+            missing.iter().zip(free).for_each(|(from, to)| volumes.swap(*from, to));
+            self.said.say(
+                "counted turns are given to exits from left to right, because bearings call them otherwise",
+                format!("{at}: {} become {}", words(told), words(*volumes)),
+            );
             return;
         }
         for i in missing {
@@ -540,17 +552,13 @@ impl Joining {
         ways: &[Turn],
         at: &str,
     ) {
-        for (i, towards) in
-            [Towards::Left, Towards::Through, Towards::Right].into_iter().enumerate()
-        {
-            let exits = ways.iter().filter(|way| **way == TURNS[i]).count();
-            let word = TURNS[i].name();
-            let is_counted = hour.vehicles.contains_key(&(heading, towards)) || volumes[i] > 0.0;
-            if exits > 0 && !is_counted {
-                self.said.say(
-                    "turns that exist were not counted, and have no vehicles",
-                    format!("{at} {word}"),
-                );
+        let counted = [Towards::Left, Towards::Through, Towards::Right]
+            .map(|towards| hour.vehicles.contains_key(&(heading, towards)));
+        for (i, turn) in TURNS.into_iter().enumerate() {
+            let (exits, word) = (ways.iter().filter(|way| **way == turn).count(), turn.name());
+            if exits > 0 && !counted[i] && volumes[i] == 0.0 {
+                let about = "turns that exist were not counted, and have no vehicles";
+                self.said.say(about, format!("{at} {word}"));
             }
             if exits > 1 && volumes[i] > 0.0 {
                 self.said.say(
@@ -563,65 +571,29 @@ impl Joining {
 
     /// Adds counted turns to those that an arm has.
     fn add_letters(&mut self, arm: &mut Approach, volumes: &[f64; 3], at: &str) {
-        if arm.movements.is_empty() {
-            return;
-        }
-        for (volume, letter) in volumes.iter().zip(['l', 's', 'r']) {
-            if *volume > 0.0 && !arm.movements.contains(letter) {
+        let has_letters = !arm.movements.is_empty();
+        for ((volume, letter), turn) in volumes.iter().zip(['l', 's', 'r']).zip(TURNS) {
+            if has_letters && *volume > 0.0 && !arm.movements.contains(letter) {
                 arm.movements.push(letter);
-                let word = match letter {
-                    'l' => "left",
-                    's' => "through",
-                    _ => "right",
-                };
-                self.said.say(
-                    "counted turns that the arm did not have are added to its movements",
-                    format!("{at} {word}: {volume:.0} veh/h"),
-                );
+                let about = "counted turns that the arm did not have are added to its movements";
+                self.said.say(about, format!("{at} {}: {volume:.0} veh/h", turn.name()));
             }
         }
     }
 }
 
-/// Eighths of a circle from a direction to that of the vehicles which come from the arms on its left, ahead and on its right.
-const FACING: [usize; 3] = [2, 4, 6];
-
-/// Eighths of a circle from which a street has another direction.
-const OTHER: usize = 2;
-
-/// Directions of travel and the arms that they come from. Bearings make at most one exit the way straight on, and none that is
-/// 45 degrees off; names know more: northbound vehicles that go straight on leave by the arm that southbound ones come from.
-struct Directions<'a> {
-    /// The directions.
-    headings: &'a [Heading],
-    /// Per direction its arm, if there is one.
-    arms: &'a [Option<usize>],
-}
-
-impl Directions<'_> {
-    /// Whether the three exits of an approach are left, ahead and right by the names of directions, and not by bearings.
-    fn name_exits(&self, heading: Heading, exits: &[(usize, Turn)]) -> bool {
-        let by_name = FACING.map(|eighths| self.arm_of(heading.clockwise(eighths)));
-        exits.len() == TURNS.len()
-            && exits.iter().zip(TURNS).any(|((_, turn), named)| *turn != named)
-            && exits.iter().zip(by_name).all(|((arm, _), named)| Some(*arm) == named)
-    }
-
-    /// Returns the direction of the vehicles that come from where those of another one go straight on, if it is not that of
-    /// the opposite street.
-    fn ahead(&self, heading: Heading, exits: &[(usize, Turn)]) -> Option<Heading> {
-        let (ahead, _) = exits.iter().find(|(_, turn)| *turn == Turn::Through)?;
-        let mut known = self.headings.iter().zip(self.arms);
-        let (found, _) = known.find(|(_, arm)| **arm == Some(*ahead))?;
-        let [_, straight, _] = FACING;
-        let off = (*found as usize).abs_diff(heading.clockwise(straight) as usize);
-        (off.min(Heading::ALL.len() - off) >= OTHER).then_some(*found)
-    }
-
-    fn arm_of(&self, heading: Heading) -> Option<usize> {
-        let place = self.headings.iter().position(|other| *other == heading)?;
-        self.arms.get(place).copied().flatten()
-    }
+/// Whether the three exits of an approach are left, ahead and right by the names of directions, and not by bearings. Bearings
+/// make at most one exit the way straight on, and none that is 45 degrees off; names know more: northbound vehicles that go
+/// straight on leave by the arm that southbound ones come from.
+fn name_exits(
+    arm_of: &BTreeMap<Heading, Option<usize>>,
+    heading: Heading,
+    exits: &[(usize, Turn)],
+) -> bool {
+    let by_name = FACING.map(|eighths| arm_of.get(&heading.clockwise(eighths)).copied().flatten());
+    exits.len() == TURNS.len()
+        && exits.iter().zip(TURNS).any(|((_, turn), named)| *turn != named)
+        && exits.iter().zip(by_name).all(|((arm, _), named)| Some(*arm) == named)
 }
 
 /// Returns vehicles to exits as the turns that bearings make of these, and as exits of a table.
@@ -637,28 +609,41 @@ fn by_turn(volumes: [f64; 3], exits: &[(usize, Turn)]) -> ([f64; 3], [f64; MOST_
 #[cfg(test)]
 mod tests {
     use super::*;
-    use Heading::{East, North, South, SouthWest, West};
+    use Heading::{East, North, NorthEast, South, SouthWest, West};
     use Turn::{Left, Right, Through};
+
+    /// The arms of directions, of arms with these bearings.
+    fn matching(headings: &[Heading], bearings_deg: &[f64]) -> (Vec<Option<usize>>, bool) {
+        let arm = |deg: &f64| Approach { bearing_deg: *deg, lanes_in: 1, ..Approach::default() };
+        matched_arms(headings, &bearings_deg.iter().map(arm).collect::<Vec<_>>(), &[])
+    }
+
+    #[test]
+    fn directions_belong_to_the_arms_that_their_vehicles_come_from() {
+        let cross = matching(&[North, South, East, West], &[10.0, 95.0, 185.0, 280.0]);
+        assert_eq!(cross, (vec![Some(2), Some(0), Some(3), Some(1)], false));
+        // A skew street, a missing arm, diagonals.
+        let skew = matching(&[North, South, East], &[60.0, 240.0]);
+        assert_eq!(skew.0, [None, Some(0), Some(1)]);
+        assert_eq!(matching(&[North, South], &[60.0, 240.0]).0, [Some(1), Some(0)]);
+        assert_eq!(matching(&[NorthEast, SouthWest], &[45.0, 225.0]).0, [Some(1), Some(0)]);
+        // Streets at 45 degrees may be meant either way.
+        assert!(matching(&[North, South, East, West], &[45.0, 135.0, 225.0, 315.0]).1);
+    }
 
     #[test]
     fn a_bent_street_goes_on_by_the_names_of_directions() {
         // Arms in the north-east, south-east, south and west.
-        let headings = [North, South, East, West];
-        let directions =
-            Directions { headings: &headings, arms: &[Some(2), Some(0), Some(3), Some(1)] };
+        let arm_of = [(North, Some(2)), (South, Some(0)), (East, Some(3)), (West, Some(1))].into();
         let northbound = [(3, Left), (0, Right), (1, Right)];
-        assert!(directions.name_exits(North, &northbound));
+        assert!(name_exits(&arm_of, North, &northbound));
         assert_eq!(
             by_turn([100.0, 400.0, 50.0], &northbound),
             ([100.0, 0.0, 450.0], [100.0, 400.0, 50.0, 0.0, 0.0])
         );
-        let southbound = [(1, Left), (2, Left), (3, Through)];
-        assert!(directions.name_exits(South, &southbound));
-        assert_eq!(directions.ahead(South, &southbound), Some(East));
+        assert!(name_exits(&arm_of, South, &[(1, Left), (2, Left), (3, Through)]));
         // Bearings that agree, and exits in another order.
-        assert!(!directions.name_exits(North, &[(3, Left), (0, Through), (1, Right)]));
-        assert!(!directions.name_exits(North, &[(0, Left), (3, Right), (1, Right)]));
-        let skew = Directions { headings: &[North, SouthWest], arms: &[Some(1), Some(0)] };
-        assert_eq!(skew.ahead(North, &[(0, Through)]), None);
+        assert!(!name_exits(&arm_of, North, &[(3, Left), (0, Through), (1, Right)]));
+        assert!(!name_exits(&arm_of, North, &[(0, Left), (3, Right), (1, Right)]));
     }
 }

@@ -1,34 +1,36 @@
 //! Turning movement counts: vehicles by approach and turn at an intersection, as count companies and detectors deliver
 //! them.
 //!
-//! A `layout` says what the columns of a table hold: `NBL` is a northbound left turn, from the south to the west. A file
-//! that fits no layout is refused. [`TurningCounts::into_approaches`] gives the counted vehicles to the arms of a table of
+//! A layout says what the columns of a table hold, as data (`layouts.toml`): `NBL` is a northbound left turn, from the south to
+//! the west. A file that fits no layout is refused. [`TurningCounts::into_approaches`] gives the counted vehicles to the arms of a table of
 //! approaches.
 
 pub mod hour;
 mod join;
-mod layout;
-mod matching;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use jiff::civil::Date;
+use jiff::fmt::strtime;
 use osm_signals::sources::Source;
+use serde::Deserialize;
 use sheet::uneven::{self, Line};
 use sheet::{Fault, file};
+use toml::Table;
 
 use crate::family::doubts::{Doubt, Said};
 use crate::vocabulary::Heading;
-use basics::files::FileError;
+use basics::files::{self, FileError, limits};
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
+use evaluation::settings::overrides::overlay;
 use hour::Interval;
 pub use hour::Period;
 pub use join::Joined;
-pub(crate) use join::{FEW_VEHICLES, meant};
-use layout::{Columns, Holds, Kind, Layout, Moment};
-pub(crate) use matching::matched_arms;
+pub(crate) use join::{FEW_VEHICLES, matched_arms, meant};
+
+const LAYOUTS: &str = include_str!("layouts.toml");
 
 /// Least columns of movements of a table of counts.
 const ENOUGH: usize = 3;
@@ -38,6 +40,9 @@ const FEW: usize = 8;
 
 /// What stands in a field for a movement that does not exist or has no detector.
 const NOTHING: [&str; 4] = ["*", "-", "--", "n/a"];
+
+/// Most vehicles or people of a row.
+const MOST_COUNTED: f64 = 1e6;
 
 /// Ends of the names of files that may hold counts.
 const ENDS: [&str; 7] = ["csv", "tsv", "txt", "xlsx", "xls", "ods", "zip"];
@@ -114,6 +119,292 @@ pub(crate) fn names_movements(lines: &[Line]) -> bool {
     layouts.iter().any(|l| (0..lines.len()).any(|i| matches!(l.columns(lines, i), Some(Ok(_)))))
 }
 
+/// The day and the minute of a row, where it has them.
+type Moment = (Option<Date>, Option<u32>);
+
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    Intersection,
+    Date,
+    Time,
+    Direction,
+    Turn,
+    Class,
+    Count,
+    Vehicles,
+    Light,
+    Heavy,
+    HeavyCount,
+    HeavyPercent,
+    People,
+    PeopleParts,
+    PeopleTotal,
+    Unused,
+}
+
+/// A column: its kind, and the movement or approach where it has one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Holds {
+    kind: Kind,
+    heading: Option<Heading>,
+    towards: Option<Towards>,
+    /// Tells apart columns that are added: classes, ways across an approach, a second exit.
+    part: usize,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Layout {
+    direction_rows: Vec<usize>,
+    intersection_cell: Vec<String>,
+    dates: Vec<String>,
+    times: Vec<String>,
+    light_classes: Vec<String>,
+    heavy_classes: Vec<String>,
+    unused_sheets: Vec<String>,
+    directions: Vec<String>,
+    bound: Vec<Vec<String>>,
+    leg: Vec<Vec<String>>,
+    turn: Vec<Vec<String>>,
+    columns: BTreeMap<Kind, Vec<String>>,
+    /// What each name means.
+    #[serde(skip)]
+    names: BTreeMap<String, Holds>,
+}
+
+/// Returns a name as it is compared.
+fn plain(name: &str) -> String {
+    name.chars().filter(|c| c.is_alphanumeric() || *c == '%').collect::<String>().to_uppercase()
+}
+
+impl Layout {
+    /// Returns the layouts that are known, or the one of a file.
+    fn read(file: Option<&Path>) -> Result<Vec<Self>, FamilyError> {
+        let known: Table = LAYOUTS.parse().expect("a test reads it");
+        let path = file.unwrap_or(Path::new("layouts.toml"));
+        let wrong = |e: toml::de::Error| {
+            let message = format!("not a layout of counts: {}", e.message());
+            at(&path.display().to_string(), Fault { line: 1, message })
+        };
+        let own: Vec<Table> = match file {
+            None => known["layout"].clone().try_into().expect("a test reads it"),
+            Some(path) => {
+                vec![files::read_text(path, limits::DOCUMENT)?.parse().map_err(wrong)?]
+            }
+        };
+        let layout = |own: Table| {
+            let mut table = known["common"].as_table().expect("a test reads it").clone();
+            overlay(&mut table, own);
+            let mut layout: Self = table.try_into().map_err(wrong)?;
+            layout.names = layout.meanings();
+            Ok(layout)
+        };
+        own.into_iter().map(layout).collect()
+    }
+
+    /// Returns the names that a pattern stands for.
+    fn expanded(&self, pattern: &str) -> Vec<(String, Option<Heading>, Option<Towards>)> {
+        // Traffic from a leg travels the other way.
+        let (place, words, turned) = match pattern.contains("{leg}") {
+            true => ("{leg}", &self.leg, 4),
+            false => ("{bound}", &self.bound, 0),
+        };
+        let sides = Heading::ALL.into_iter().zip(words).flat_map(|(heading, names)| {
+            names.iter().map(move |name| (name.as_str(), Some(heading.clockwise(turned))))
+        });
+        let turns = Towards::ALL.into_iter().zip(&self.turn).flat_map(|(towards, names)| {
+            names.iter().map(move |name| (name.as_str(), Some(towards)))
+        });
+        let sides: Vec<_> =
+            if pattern.contains(place) { sides.collect() } else { vec![("", None)] };
+        let turns: Vec<_> =
+            if pattern.contains("{turn}") { turns.collect() } else { vec![("", None)] };
+        let name =
+            |side: &str, turn: &str| plain(&pattern.replace(place, side).replace("{turn}", turn));
+        let all = sides.iter().flat_map(|(side, heading)| {
+            turns.iter().map(|(turn, towards)| (name(side, turn), *heading, *towards))
+        });
+        all.collect()
+    }
+
+    fn meanings(&self) -> BTreeMap<String, Holds> {
+        let mut names = BTreeMap::new();
+        for (&kind, patterns) in &self.columns {
+            let is_added = matches!(kind, Kind::Light | Kind::Heavy | Kind::PeopleParts);
+            for (i, pattern) in patterns.iter().enumerate() {
+                for (name, heading, towards) in self.expanded(pattern) {
+                    let second = usize::from(towards.is_some() && name.ends_with('2'));
+                    let part = if is_added || kind <= Kind::Time { 2 * i } else { 0 } + second;
+                    names.entry(name).or_insert(Holds { kind, heading, towards, part });
+                }
+            }
+        }
+        names
+    }
+
+    /// Returns the columns that a line names, alone or with the directions above it; `None` where it names none.
+    fn columns(&self, lines: &[Line], row: usize) -> Option<Result<Vec<(usize, Holds)>, String>> {
+        if lines[row].fields().find(|f| !f.is_empty())?.starts_with(|c: char| c.is_ascii_digit()) {
+            return None;
+        }
+        self.direction_rows.iter().find_map(|up| self.below(lines, row, row.checked_sub(*up)?))
+    }
+
+    fn below(
+        &self,
+        lines: &[Line],
+        row: usize,
+        above: usize,
+    ) -> Option<Result<Vec<(usize, Holds)>, String>> {
+        let mut all: Vec<(usize, Holds, String)> = Vec::new();
+        let (mut direction, mut unknown) = ("", None);
+        for column in 0..lines[row].fields().count().max(lines[above].fields().count()) {
+            let (below, over) = (lines[row].text(column), lines[above].text(column));
+            if above != row && !over.is_empty() {
+                direction = over;
+            }
+            let name = format!("{direction} {below}").trim().to_owned();
+            let known =
+                self.names.get(&plain(&name)).filter(|_| !(below.is_empty() && over.is_empty()));
+            match known.or_else(|| self.names.get(&plain(below))) {
+                Some(known) => all.push((column, *known, name)),
+                None if !below.is_empty() && self.may_count(&name) => unknown = Some(name),
+                None => {}
+            }
+        }
+        let has = |kind: Kind| all.iter().any(|(_, held, _)| held.kind == kind);
+        let is_vehicles = |kind| matches!(kind, Kind::Vehicles | Kind::Light | Kind::Heavy);
+        let movements = || all.iter().filter(|(_, held, _)| is_vehicles(held.kind));
+        let is_list = has(Kind::Direction) && has(Kind::Turn) && has(Kind::Count);
+        if movements().count() < ENOUGH && !is_list {
+            return None;
+        }
+        // A word such as Net is no movement beside those of other streets.
+        let is_alone = |(_, held, _): &&(usize, Holds, String)| {
+            held.heading.filter(|heading| !heading.name().ends_with('B')).is_some_and(|heading| {
+                let street = [Some(heading), Some(heading.clockwise(4))];
+                movements().filter(|(_, other, _)| street.contains(&other.heading)).count() < 2
+            })
+        };
+        let alone = movements().find(is_alone).map(|(_, _, name)| name.clone());
+        if let Some(name) = unknown.or(alone) {
+            return Some(Err(format!(
+                "column {name} may count vehicles, or be a time of another zone, and is in no layout; call it such as NBL, \
+                 NB HV % or Time, or remove it"
+            )));
+        }
+        all.retain(|(_, held, _)| held.kind != Kind::Unused);
+        for (i, (_, held, name)) in all.iter().enumerate() {
+            if let Some((_, _, other)) = all[..i].iter().find(|(_, other, _)| other == held) {
+                return Some(Err(format!(
+                    "columns {other} and {name} count the same; remove one, or add their numbers"
+                )));
+            }
+        }
+        let is_used = |own: &Holds| !all.iter().any(|(_, other, _)| is_instead(*other, *own));
+        let used = all.iter().filter(|(_, own, _)| is_used(own));
+        Some(Ok(used.map(|(column, held, _)| (*column, *held)).collect()))
+    }
+
+    /// Whether a name that no layout has may be one of vehicles, or of times that are not local.
+    fn may_count(&self, name: &str) -> bool {
+        let plain = plain(name);
+        let sides = || self.bound.iter().chain(&self.leg).flatten();
+        let has_side = name
+            .split(|c: char| !c.is_alphanumeric())
+            .any(|word| sides().any(|side| side.eq_ignore_ascii_case(word)));
+        has_side
+            || ["UTC", "GMT", "ZONE"].iter().any(|zone| plain.contains(zone))
+            || ["NB", "EB", "SB", "WB"].iter().any(|bound| plain.starts_with(bound))
+    }
+
+    /// Returns how vehicles travel in a row that names their direction, and where they go.
+    fn movement(&self, direction: &str, turn: &str) -> Option<(Heading, Towards)> {
+        let mut sides = self.directions.iter().flat_map(|pattern| self.expanded(pattern));
+        let (_, heading, _) = sides.find(|(name, _, _)| *name == plain(direction))?;
+        let mut turns = self.expanded("{turn}").into_iter();
+        let (_, _, towards) = turns.find(|(name, _, _)| *name == plain(turn))?;
+        Some((heading?, towards?))
+    }
+
+    /// Returns whether a class is one of heavy vehicles; `None` for another word.
+    fn is_heavy(&self, class: &str) -> Option<bool> {
+        let is_in = |list: &[String]| list.iter().any(|name| plain(name) == plain(class));
+        is_in(&self.heavy_classes).then_some(true).or(is_in(&self.light_classes).then_some(false))
+    }
+
+    /// Returns whether a sheet repeats rows of others.
+    fn leaves_out(&self, sheet: &str) -> bool {
+        self.unused_sheets.iter().any(|word| sheet.to_lowercase().contains(&word.to_lowercase()))
+    }
+
+    /// Returns the intersection that a line names beside a text.
+    fn title<'a>(&self, line: &'a Line) -> Option<&'a str> {
+        let is_title = |text: &str| self.intersection_cell.iter().any(|t| plain(t) == plain(text));
+        let mut fields = line.fields().filter(|field| !field.is_empty());
+        let first = fields.next()?;
+        match first.split_once(':').map(|(title, name)| (title, name.trim())) {
+            Some((title, name)) if !name.is_empty() => is_title(title).then_some(name),
+            _ => fields.next().filter(|_| is_title(first)),
+        }
+    }
+
+    /// Returns the day and the minute of a text that has one or both of them.
+    fn moment(&self, text: &str) -> Option<Moment> {
+        let text = text.to_uppercase().replace("A.M.", "AM").replace("P.M.", "PM");
+        let text = if text.len() == 3 { format!("0{text}") } else { text };
+        let both = self.dates.iter().flat_map(|date| {
+            self.times.iter().flat_map(move |time| [" ", "T"].map(|t| format!("{date}{t}{time}")))
+        });
+        let mut formats = self.times.iter().chain(&self.dates).cloned().chain(both);
+        let found = formats.find_map(|format| strtime::parse(format, &text).ok())?;
+        let time = found.to_time().ok().filter(|_| found.hour().is_some());
+        let minute = time.map(|time| 60 * i32::from(time.hour()) + i32::from(time.minute()));
+        let minute = minute.map(i32::unsigned_abs);
+        let day = found.to_date().ok();
+        (day.is_some() || minute.is_some()).then_some((day, minute))
+    }
+}
+
+/// Whether a column makes another one needless: parts of people a sum, counts of heavy vehicles percentages, a movement its
+/// approach, and of several names of the intersection the first of the layout's list.
+fn is_instead(other: Holds, own: Holds) -> bool {
+    use Kind::{
+        Date, Heavy, HeavyCount, HeavyPercent, Intersection, PeopleParts, PeopleTotal, Time,
+    };
+    let is_same = own.heading.is_none() || own.heading == other.heading;
+    let is_finer = other.kind == own.kind
+        && is_same
+        && (other.heading, other.towards) != (own.heading, own.towards)
+        && (other.towards.is_some() || own.towards.is_none());
+    match own.kind {
+        Intersection | Date | Time => other.kind == own.kind && other.part < own.part,
+        PeopleTotal => is_finer || is_same && matches!(other.kind, Kind::People | PeopleParts),
+        Kind::People => other.kind == PeopleParts && is_same,
+        HeavyCount => other.kind == Heavy || is_finer,
+        HeavyPercent => {
+            let is_number = other.kind == HeavyCount && (is_same || other.heading.is_none());
+            other.kind == Heavy || is_finer || is_number
+        }
+        _ => false,
+    }
+}
+
+/// Returns what is said of a table that has no known layout.
+fn unknown(lines: &[Line]) -> String {
+    let row = |line: &Line| format!("  {}\n", line.fields().collect::<Vec<_>>().join(","));
+    let rows: String = lines.iter().take(FEW).map(row).collect();
+    format!(
+        "no layout of turning counts fits; expected columns such as INTID, Time, NBL, NBT, NBR, SBL, where NB is northbound \
+         traffic and L, T, R are left, through, right. Its first rows are\n{rows}Say what its columns are in a file such \
+         as\n  direction_rows = [0]  # 1: directions in the row above the turns\n  [columns]\n  intersection = \
+         [\"INTID\"]\n  date = [\"Date\"]\n  time = [\"Time\"]\n  vehicles = [\"{{bound}} {{turn}}\"]  # {{bound}}: NB, \
+         {{leg}}: N, {{turn}}: L or Left\nand give it with --counts-layout"
+    )
+}
+
 /// A sheet that fits a layout.
 struct Fitting<'a> {
     layout: &'a Layout,
@@ -124,17 +415,17 @@ struct Fitting<'a> {
     class: Option<(String, bool)>,
 }
 
-/// Names, day and time of rows.
-type RowKey = (Vec<String>, Option<Date>, Option<u32>);
+/// An intersection and one of its rows, by their places.
+type Place = (usize, usize);
 
 /// What one file has.
 #[derive(Default)]
 struct Reading {
     found: Vec<CountedIntersection>,
-    /// Where the rows of a time are in it.
-    places: BTreeMap<RowKey, (usize, usize)>,
-    /// The line in which something was counted.
-    seen: BTreeMap<((usize, usize), Holds, String), u64>,
+    /// Where the rows of a time are in it: by names, day and minute.
+    places: BTreeMap<(Vec<String>, Option<Date>, Option<u32>), Place>,
+    /// The line in which something was counted, by class.
+    seen: BTreeMap<(Place, Holds, String), u64>,
     /// Approaches whose heavy vehicles are classes of their own: where none is listed, there was none.
     classed: BTreeSet<(usize, Heading)>,
     unused: BTreeSet<String>,
@@ -196,39 +487,39 @@ impl TurningCounts {
             for line in &mut lines {
                 line.number = line.number.saturating_add_signed(sheet.rows.1).max(1);
             }
+            let title = lines.iter().find_map(|line| layouts[0].title(line));
+            titles.extend(title.map(str::to_owned));
             match fit(layouts, &lines) {
                 Ok(layout) if !layout.leaves_out(&sheet.sheet) => {
-                    titles.extend(
-                        lines.iter().find_map(|line| layout.title(line)).map(str::to_owned),
-                    );
                     let class = layout.is_heavy(&sheet.sheet).map(|h| (sheet.sheet.clone(), h));
                     fitting.push(Fitting { layout, lines, name, class });
+                    continue;
                 }
-                Ok(_) => others.push(sheet.sheet.clone()),
-                Err(fault) => {
-                    titles.extend(
-                        lines.iter().find_map(|line| layouts[0].title(line)).map(str::to_owned),
-                    );
-                    first_fault.get_or_insert(at(&name, fault));
-                    others.push(sheet.sheet.clone());
-                }
+                Ok(_) => {}
+                Err(fault) => drop(first_fault.get_or_insert(at(&name, fault))),
             }
+            others.push(sheet.sheet.clone());
         }
         if fitting.iter().any(|sheet| sheet.class.is_none()) {
-            let (all, classes): (Vec<_>, Vec<_>) =
-                fitting.into_iter().partition(|sheet| sheet.class.is_none());
-            others.extend(classes.into_iter().filter_map(|sheet| Some(sheet.class?.0)));
-            fitting = all;
+            let classes = fitting.extract_if(.., |sheet| sheet.class.is_some());
+            others.extend(classes.filter_map(|sheet| Some(sheet.class?.0)));
         }
+        let empty = |message: &str| {
+            let line =
+                fitting.first().and_then(|sheet| sheet.lines.first()).map_or(1, |l| l.number);
+            at(file, Fault { line, message: message.to_owned() })
+        };
         if fitting.is_empty() {
-            let fault = Fault { line: 1, message: "an empty file".to_owned() };
-            return Err(first_fault.unwrap_or_else(|| at(file, fault)));
+            return Err(first_fault.unwrap_or_else(|| empty("an empty file")));
         }
         titles.dedup();
         titles.extend(Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned()));
         let mut reading = Reading::default();
         for sheet in &fitting {
             reading.table(sheet, &titles)?;
+        }
+        if reading.found.is_empty() {
+            return Err(empty("no row with counts below the names of the columns"));
         }
         for (i, heading) in reading.classed {
             for row in &mut reading.found[i].intervals {
@@ -237,21 +528,13 @@ impl TurningCounts {
                 }
             }
         }
-        if reading.found.is_empty() {
-            let line = fitting[0].lines.first().map_or(1, |line| line.number);
-            let message = "no row with counts below the names of the columns".to_owned();
-            return Err(at(&fitting[0].name, Fault { line, message }));
-        }
         self.intersections.extend(reading.found);
-        self.doubts.extend(
-            reading
-                .said
-                .doubts()
-                .map(|doubt| Doubt { about: format!("{file}: {}", doubt.about), ..doubt }),
-        );
-        self.doubts.extend(Doubt::of(format!("{file}: sheets that are not used"), others));
         let unused = reading.unused.into_iter().collect();
-        self.doubts.extend(Doubt::of(format!("{file}: columns that are not used"), unused));
+        let doubts = reading.said.doubts();
+        let doubts = doubts.chain(Doubt::of("sheets that are not used", others));
+        for doubt in doubts.chain(Doubt::of("columns that are not used", unused)) {
+            self.doubts.push(Doubt { about: format!("{file}: {}", doubt.about), ..doubt });
+        }
         Ok(())
     }
 }
@@ -260,50 +543,52 @@ impl TurningCounts {
 fn fit<'a>(layouts: &'a [Layout], lines: &[Line]) -> Result<&'a Layout, Fault> {
     let mut fault = None;
     for layout in layouts {
-        for (i, line) in lines.iter().enumerate() {
-            match layout.columns(lines, i) {
-                Some(Ok(_)) => return Ok(layout),
-                Some(Err(message)) => {
-                    fault.get_or_insert(Fault { line: line.number, message });
-                    break;
-                }
-                None => {}
+        match (0..lines.len()).find_map(|i| Some((i, layout.columns(lines, i)?))) {
+            Some((_, Ok(_))) => return Ok(layout),
+            Some((i, Err(message))) => {
+                fault.get_or_insert(Fault { line: lines[i].number, message });
             }
+            None => {}
         }
     }
     let line = lines.first().map_or(1, |line| line.number);
-    Err(fault.unwrap_or_else(|| Fault { line, message: layout::unknown(lines) }))
+    Err(fault.unwrap_or_else(|| Fault { line, message: unknown(lines) }))
 }
 
 impl Reading {
     /// Reads a table.
     fn table(&mut self, sheet: &Fitting<'_>, titles: &[String]) -> Result<(), FamilyError> {
-        let mut columns: Option<Columns> = None;
+        let mut columns: Vec<(usize, Holds)> = Vec::new();
         let mut below: BTreeMap<Heading, f64> = BTreeMap::new();
         let mut read = BTreeSet::new();
         for (i, line) in sheet.lines.iter().enumerate() {
             let wrong = |message: String| at(&sheet.name, Fault { line: line.number, message });
             if let Some(named) = sheet.layout.columns(&sheet.lines, i) {
-                let named = named.map_err(wrong)?;
-                self.unused.extend(named.unused.iter().cloned());
-                columns = Some(named);
+                columns = named.map_err(wrong)?;
+                let is_used = |i: usize| columns.iter().any(|(column, _)| *column == i);
+                let unused = line.fields().enumerate();
+                let unused = unused.filter(|(i, name)| !name.is_empty() && !is_used(*i));
+                self.unused.extend(unused.map(|(_, name)| name.to_owned()));
                 continue;
             }
-            let Some(columns) = &columns else { continue };
-            let row = Row { line, columns, sheet };
-            match self.row(&row, titles).map_err(wrong)? {
-                Some(place) => {
-                    read.insert(place);
-                }
-                None if row
-                    .first()
-                    .is_some_and(|class| sheet.layout.is_heavy(class) == Some(true)) =>
-                {
-                    for (heading, number) in row.approaches().map_err(wrong)? {
-                        *below.entry(heading).or_default() += number;
+            if columns.is_empty() {
+                continue;
+            }
+            let row = Row { line, columns: &columns, sheet };
+            if let Some(place) = self.row(&row, titles).map_err(wrong)? {
+                read.insert(place);
+                continue;
+            }
+            let first = line.fields().find(|field| !field.is_empty());
+            match first.and_then(|first| sheet.layout.is_heavy(first)) {
+                Some(false) => {}
+                Some(true) => {
+                    for (column, held) in columns.iter().filter(|c| c.1.kind == Kind::Vehicles) {
+                        let number = row.number(*column, MOST_COUNTED).map_err(wrong)?;
+                        if let (Some(heading), Some(number)) = (held.heading, number) {
+                            *below.entry(heading).or_default() += number;
+                        }
                     }
-                }
-                None if row.first().is_some_and(|first| sheet.layout.is_heavy(first).is_some()) => {
                 }
                 None => {
                     let words: Vec<&str> =
@@ -313,25 +598,21 @@ impl Reading {
                 }
             }
         }
-        self.heavy_below(&below, &read);
+        // Rows get the shares of heavy vehicles that stand below them.
+        for (heading, heavy) in below {
+            let intervals = read.iter().map(|(i, k)| &self.found[*i].intervals[*k]);
+            let all: f64 = intervals.map(|row| row.approach(heading)).sum();
+            for (i, k) in read.iter().filter(|_| all >= heavy && all > 0.0) {
+                let row = &mut self.found[*i].intervals[*k];
+                let vehicles = row.approach(heading);
+                row.heavy.entry(heading).or_insert(vehicles * heavy / all);
+            }
+        }
         Ok(())
     }
 
-    /// Gives rows the shares of heavy vehicles that stand below them.
-    fn heavy_below(&mut self, below: &BTreeMap<Heading, f64>, read: &BTreeSet<(usize, usize)>) {
-        for (heading, heavy) in below {
-            let all: f64 =
-                read.iter().map(|(i, k)| self.found[*i].intervals[*k].approach(*heading)).sum();
-            for (i, k) in read.iter().filter(|_| all >= *heavy && all > 0.0) {
-                let row = &mut self.found[*i].intervals[*k];
-                let vehicles = row.approach(*heading);
-                row.heavy.entry(*heading).or_insert(vehicles * heavy / all);
-            }
-        }
-    }
-
     /// Reads a row, and returns where it is; `None` for a line that is none, such as a total.
-    fn row(&mut self, row: &Row<'_>, titles: &[String]) -> Result<Option<(usize, usize)>, String> {
+    fn row(&mut self, row: &Row<'_>, titles: &[String]) -> Result<Option<Place>, String> {
         let Some(moment) = row.moment()? else { return Ok(None) };
         let named = row.text(Kind::Intersection);
         let is_total =
@@ -343,8 +624,8 @@ impl Reading {
         let place = self.place(row, names, moment);
         let interval = &mut self.found[place.0].intervals[place.1];
         let mut heavy = Vec::new();
-        for (column, held) in row.columns.holds.iter().filter(|(_, held)| held.kind > Kind::Class) {
-            let most = if held.kind == Kind::HeavyPercent { 100.0 } else { 1e6 };
+        for (column, held) in row.columns.iter().filter(|(_, held)| held.kind > Kind::Class) {
+            let most = if held.kind == Kind::HeavyPercent { 100.0 } else { MOST_COUNTED };
             let Some(number) = row.number(*column, most)? else { continue };
             let (held, class) = match held.kind {
                 Kind::Count => row.listed(*held)?,
@@ -374,58 +655,42 @@ impl Reading {
         for (held, number) in heavy {
             interval.add_heavy(held, number)?;
         }
-        for (heading, total, sum) in row.wrong_sums(interval)? {
-            let about =
-                "the turns of an approach do not sum up to its column of totals; the turns count";
-            let name = heading.map_or("all", Heading::name);
-            let line = row.line.number;
-            self.said.say(about, format!("line {line}: {name} {sum:.0} instead of {total:.0}"));
-        }
         Ok(Some(place))
     }
 
     /// Returns where the rows of a time are.
-    fn place(&mut self, row: &Row<'_>, names: Vec<String>, moment: Moment) -> (usize, usize) {
-        let Moment { day, minute, length_min } = moment;
-        let key = (names, day, minute);
-        if let Some(place) = self.places.get(&key) {
-            return *place;
-        }
-        let known = self.found.iter().position(|counted| counted.names == key.0);
-        let i = known.unwrap_or_else(|| {
-            self.found.push(CountedIntersection {
-                names: key.0.clone(),
-                is_named: row.text(Kind::Intersection).is_some(),
-                file: row.sheet.name.clone(),
-                intervals: Vec::new(),
+    fn place(&mut self, row: &Row<'_>, names: Vec<String>, (day, minute): Moment) -> Place {
+        let known = self.found.iter().position(|counted| counted.names == names);
+        *self.places.entry((names.clone(), day, minute)).or_insert_with(|| {
+            let i = known.unwrap_or_else(|| {
+                self.found.push(CountedIntersection {
+                    names,
+                    is_named: row.text(Kind::Intersection).is_some(),
+                    file: row.sheet.name.clone(),
+                    intervals: Vec::new(),
+                });
+                self.found.len() - 1
             });
-            self.found.len() - 1
-        });
-        let line = row.line.number;
-        let intervals = &mut self.found[i].intervals;
-        intervals.push(Interval { line, day, minute, length_min, ..Interval::default() });
-        let place = (i, intervals.len() - 1);
-        self.places.insert(key, place);
-        place
+            let intervals = &mut self.found[i].intervals;
+            let line = row.line.number;
+            intervals.push(Interval { line, day, minute, ..Interval::default() });
+            (i, intervals.len() - 1)
+        })
     }
 }
 
 /// A line below the names of columns.
 struct Row<'a> {
     line: &'a Line,
-    columns: &'a Columns,
+    columns: &'a [(usize, Holds)],
     sheet: &'a Fitting<'a>,
 }
 
 impl<'a> Row<'a> {
     fn text(&self, kind: Kind) -> Option<&'a str> {
-        let (column, _) = self.columns.holds.iter().find(|(_, held)| held.kind == kind)?;
+        let (column, _) = self.columns.iter().find(|(_, held)| held.kind == kind)?;
         let text = self.line.text(*column);
         Some(text.strip_prefix('=').unwrap_or(text).trim_matches('"').trim())
-    }
-
-    fn first(&self) -> Option<&'a str> {
-        self.line.fields().find(|field| !field.is_empty())
     }
 
     fn number(&self, column: usize, most: f64) -> Result<Option<f64>, String> {
@@ -433,47 +698,37 @@ impl<'a> Row<'a> {
         if NOTHING.contains(&text.to_lowercase().as_str()) {
             return Ok(None);
         }
-        let number = self
-            .line
-            .count(column)
-            .map_err(|e| format!("{text:?} in column {}: {e}", column + 1))?;
-        match number.filter(|number| !(0.0..=most).contains(number)) {
-            None => Ok(number),
-            Some(n) => {
-                Err(format!("{n} in column {}: expected a number from 0 to {most}", column + 1))
+        let wrong = |e: String| format!("{text:?} in column {}: {e}", column + 1);
+        match self.line.count(column).map_err(wrong)? {
+            Some(number) if !(0.0..=most).contains(&number) => {
+                Err(wrong(format!("expected a number from 0 to {most}")))
             }
+            number => Ok(number),
         }
     }
 
     /// Returns when it counts; `None` for a line with words where a time is expected.
     fn moment(&self) -> Result<Option<Moment>, String> {
-        let mut moment = Moment::default();
+        let (mut day, mut minute) = (None, None);
         for (kind, like) in [(Kind::Time, "07:15, in local time"), (Kind::Date, "2026-11-05")] {
             let Some(text) = self.text(kind) else { continue };
             let Some(found) = self.sheet.layout.moment(text) else {
                 let is_count = |(i, held): &(usize, Holds)| {
                     held.kind > Kind::Class && matches!(self.line.count(*i), Ok(Some(_)))
                 };
-                let has_counts = self.columns.holds.iter().any(is_count);
-                let is_timed = moment.minute.is_some();
-                return match text.starts_with(|c: char| c.is_ascii_digit())
-                    || is_timed && !text.is_empty()
-                {
-                    true if has_counts => {
+                let is_timed = minute.is_some();
+                let is_time = text.starts_with(|c: char| c.is_ascii_digit());
+                return match is_time || is_timed && !text.is_empty() {
+                    true if self.columns.iter().any(is_count) => {
                         Err(format!("time {text:?} is not understood; write it like {like}"))
                     }
-                    _ if is_timed && text.is_empty() => Ok(Some(moment)),
-                    _ => Ok(None),
+                    _ => Ok((is_timed && text.is_empty()).then_some((day, minute))),
                 };
             };
             // The cell of the date may have a time as well.
-            moment = Moment {
-                day: found.day.or(moment.day),
-                minute: moment.minute.or(found.minute),
-                length_min: moment.length_min.or(found.length_min),
-            };
+            (day, minute) = (found.0.or(day), minute.or(found.1));
         }
-        Ok(Some(moment))
+        Ok(Some((day, minute)))
     }
 
     /// Returns what a row with one movement counts, its class, and whether that is heavy.
@@ -493,39 +748,12 @@ impl<'a> Row<'a> {
             Holds { kind: Kind::Vehicles, heading: Some(heading), towards: Some(towards), ..held };
         Ok((held, (class.to_owned(), is_heavy)))
     }
-
-    /// Returns the vehicles of the approaches.
-    fn approaches(&self) -> Result<Vec<(Heading, f64)>, String> {
-        let of = |(column, held): &(usize, Holds)| {
-            let heading = held.heading.filter(|_| held.kind == Kind::Vehicles)?;
-            Some(self.number(*column, 1e6).transpose()?.map(|number| (heading, number)))
-        };
-        self.columns.holds.iter().filter_map(of).collect()
-    }
-
-    /// Returns totals that the parts do not sum up to, with the sums.
-    fn wrong_sums(&self, interval: &Interval) -> Result<Vec<(Option<Heading>, f64, f64)>, String> {
-        let mut wrong = Vec::new();
-        for (column, held) in self.columns.holds.iter().filter(|(_, held)| held.kind == Kind::Total)
-        {
-            let Some(total) = self.number(*column, 1e6)? else { continue };
-            let sum = held.heading.map_or(interval.total(), |heading| interval.approach(heading));
-            if (total - sum).abs() > 0.5 {
-                wrong.push((held.heading, total, sum));
-            }
-        }
-        Ok(wrong)
-    }
 }
 
 impl Interval {
     /// Returns the vehicles of an approach.
     fn approach(&self, heading: Heading) -> f64 {
         self.vehicles.iter().filter(|((h, _), _)| *h == heading).map(|(_, count)| count).sum()
-    }
-
-    fn total(&self) -> f64 {
-        self.vehicles.values().sum()
     }
 
     /// Takes a number or percentage of heavy vehicles of a movement, an approach or the intersection.

@@ -2,7 +2,6 @@
 
 use osm_signals::DrivingSide;
 
-use super::join::comparable;
 use super::*;
 use crate::family::approaches::{Arrivals, Counted, Intersection, read, read_uncounted};
 
@@ -32,6 +31,11 @@ fn counts(text: &str) -> TurningCounts {
     counts
 }
 
+/// Intersections with what was counted in the busiest hour.
+fn given(text: &str, intersections: &[Intersection]) -> Joined {
+    counts(text).into_approaches(intersections, &[], RIGHT).unwrap()
+}
+
 fn refused(text: &str) -> String {
     TurningCounts::default().add(text.as_bytes(), "c.csv").unwrap_err().to_string()
 }
@@ -44,6 +48,12 @@ fn volumes(joined: &Joined) -> Vec<Option<[f64; 3]>> {
 
 fn doubts(joined: &Joined) -> String {
     joined.doubts.iter().map(Doubt::brief).collect::<Vec<_>>().join("\n")
+}
+
+#[track_caller]
+fn says(joined: &Joined, expected: &str) {
+    let said = doubts(joined);
+    assert!(said.contains(expected), "{expected}: {said}");
 }
 
 /// Two hours in quarters, of which the second of four is the busiest.
@@ -60,7 +70,7 @@ fn quarters(id: &str) -> String {
 
 #[test]
 fn the_busiest_hour_reaches_the_arms_that_vehicles_come_from() {
-    let joined = counts(&quarters("7")).into_approaches(&cross(), &[], RIGHT).unwrap();
+    let joined = given(&quarters("7"), &cross());
     // North has the southbound vehicles, east the westbound ones.
     let expected = [[0.0, 28.0, 0.0], [0.0, 32.0, 12.0], [4.0, 50.0, 8.0], [4.0, 36.0, 0.0]];
     assert_eq!(volumes(&joined), expected.map(Some));
@@ -69,8 +79,7 @@ fn the_busiest_hour_reaches_the_arms_that_vehicles_come_from() {
     assert_eq!(joined.found[1], "  busiest hour 07:15 to 08:15, 174 vehicles");
     // The western arm had no left turn, and four left turns were counted.
     assert_eq!(joined.approaches[3].movements, "srl");
-    let said = doubts(&joined);
-    assert!(said.contains("added to its movements (intersection 7, EB left: 4 veh/h)"), "{said}");
+    says(&joined, "added to its movements (intersection 7, EB left: 4 veh/h)");
 }
 
 #[test]
@@ -86,65 +95,52 @@ fn every_period_has_rows_of_its_own_and_what_was_not_counted_stays() {
     };
     assert_eq!(of("am")[2..], [Some(50.0), Some(36.0), None, None]);
     assert_eq!(of("early")[2..4], [Some(45.0), Some(36.0)]);
-    assert!(doubts(&joined).contains("in every period (intersection 8)"));
+    says(&joined, "in every period (intersection 8)");
 }
 
 #[test]
 fn turns_fit_the_exits_that_exist() {
     // A fork: from the south the exits lie half left and right, which a count calls left and through.
     let fork = table(&[("7", &[(60.0, "lr"), (180.0, "lr"), (300.0, "lr")])]);
-    let joined =
-        counts("INTID,NBL,NBT,NBR\n7,30,70,0\n").into_approaches(&fork, &[], RIGHT).unwrap();
+    let joined = given("INTID,NBL,NBT,NBR\n7,30,70,0\n", &fork);
     assert_eq!(volumes(&joined)[1], Some([30.0, 0.0, 70.0]));
-    assert!(
-        doubts(&joined)
-            .contains("30 left, 70 through, 0 right become 30 left, 0 through, 70 right")
-    );
+    says(&joined, "30 left, 70 through, 0 right become 30 left, 0 through, 70 right");
     // A T without an arm to the west.
     let tee = table(&[("7", &[(0.0, ""), (90.0, ""), (180.0, "")])]);
     let text = "INTID,NBL,NBT,NBR,NBU,EBT,EBL,EBR\n7,3,60,10,2,4,0,0\n";
-    let joined = counts(text).into_approaches(&tee, &[], RIGHT).unwrap();
+    let joined = given(text, &tee);
     assert_eq!(volumes(&joined)[2], Some([0.0, 60.0, 10.0]));
-    let said = doubts(&joined);
     for expected in [
         "have no exit, and their vehicles are not simulated (intersection 7, NB left: 3 veh/h; intersection 7, NB U-turn: 2 veh/h)",
         "have no arm, and their vehicles are not simulated; correct the direction or bearing_deg (intersection 7, EB: 4 veh/h)",
     ] {
-        assert!(said.contains(expected), "{expected}: {said}");
+        says(&joined, expected);
     }
-    let joined = counts("INTID,NBL,NBT,NBR,NBU\n7,3,60,10,2\n")
-        .into_approaches(&cross(), &[], RIGHT)
-        .unwrap();
+    let joined = given("INTID,NBL,NBT,NBR,NBU\n7,3,60,10,2\n", &cross());
     assert_eq!(volumes(&joined)[2], Some([5.0, 60.0, 10.0]));
-    assert!(doubts(&joined).contains("U-turns count as left turns (intersection 7, NB: 2 veh/h)"));
+    says(&joined, "U-turns count as left turns (intersection 7, NB: 2 veh/h)");
     // A turn that exists keeps its vehicles, whatever the others are called.
-    let joined =
-        counts("INTID,NBL,NBT,NBR\n7,2,300,0\n").into_approaches(&tee, &[], RIGHT).unwrap();
+    let joined = given("INTID,NBL,NBT,NBR\n7,2,300,0\n", &tee);
     assert_eq!(volumes(&joined)[2], Some([0.0, 300.0, 2.0]));
 }
 
 #[test]
 fn what_was_not_counted_or_has_several_exits_is_said() {
-    let joined = counts("INTID,NBL,NBT,SBT,SBR,SBL\n7,3,60,*,5,6\n")
-        .into_approaches(&cross(), &[], RIGHT)
-        .unwrap();
-    let said = doubts(&joined);
-    assert!(said.contains("were not counted, and have no vehicles (intersection 7, NB right; intersection 7, SB through)"), "{said}");
-    let five = table(&[("7", &[(0.0, ""), (45.0, ""), (90.0, ""), (180.0, ""), (270.0, "")])]);
-    let joined =
-        counts("INTID,SBL,SBT,SBR\n7,60,200,40\n").into_approaches(&five, &[], RIGHT).unwrap();
-    assert!(
-        doubts(&joined).contains("(intersection 7, SB left: 60 veh/h to 2 exits)"),
-        "{}",
-        doubts(&joined)
+    let joined = given("INTID,NBL,NBT,SBT,SBR,SBL\n7,3,60,*,5,6\n", &cross());
+    says(
+        &joined,
+        "were not counted, and have no vehicles (intersection 7, NB right; intersection 7, SB through)",
     );
+    let five = table(&[("7", &[(0.0, ""), (45.0, ""), (90.0, ""), (180.0, ""), (270.0, "")])]);
+    let joined = given("INTID,SBL,SBT,SBR\n7,60,200,40\n", &five);
+    says(&joined, "(intersection 7, SB left: 60 veh/h to 2 exits)");
 }
 
 #[test]
 fn a_street_that_bends_keeps_its_through_traffic() {
     let bent = table(&[("7", &[(50.0, ""), (110.0, ""), (180.0, ""), (270.0, "")])]);
     let text = "INTID,NBL,NBT,NBR,SBL,SBT,SBR,EBL,EBT,EBR,WBL,WBT,WBR\n7,100,400,50,60,300,40,1,2,3,4,5,6\n";
-    let joined = counts(text).into_approaches(&bent, &[], RIGHT).unwrap();
+    let joined = given(text, &bent);
     assert_eq!(volumes(&joined)[2], Some([100.0, 0.0, 450.0]));
     assert_eq!(volumes(&joined)[0], Some([360.0, 40.0, 0.0]));
     let exits = |arm: usize| joined.approaches[arm].counted.unwrap().exits_vph;
@@ -152,10 +148,6 @@ fn a_street_that_bends_keeps_its_through_traffic() {
     assert_eq!(exits(0), Some([60.0, 300.0, 40.0, 0.0, 0.0]));
     let said = doubts(&joined);
     assert!(said.contains("streets bend") && !said.contains("have no exit"), "{said}");
-    // Without the other directions only bearings say where vehicles go.
-    let alone = counts("INTID,SBL,SBT,SBR,EBT\n7,60,300,40,2\n");
-    let said = doubts(&alone.into_approaches(&bent, &[], RIGHT).unwrap());
-    assert!(said.contains("SB: 300 veh/h to where EB comes from"), "{said}");
 }
 
 #[test]
@@ -164,18 +156,13 @@ fn mornings_and_evenings_may_be_in_files_of_their_own() {
     both.add(b"Time,INTID,NBL,NBT,NBR\n16:00,7,1,200,1\n17:00,7,1,90,1\n", "d.csv").unwrap();
     let periods = ["am=06:00-09:00", "pm=15:00-18:00"].map(|p| p.parse().unwrap());
     let joined = both.into_approaches(&cross(), &periods, RIGHT).unwrap();
-    let south: Vec<f64> = joined
-        .approaches
-        .iter()
-        .filter(|a| a.arm == "2")
-        .map(|a| a.counted.unwrap().through_vph)
-        .collect();
+    let south = [2, 6].map(|arm: usize| joined.approaches[arm].counted.unwrap().through_vph);
     assert_eq!(south, [100.0, 200.0]);
 }
 
 #[test]
 fn names_are_compared_without_case_leading_zeros_and_what_separates_words() {
-    let same = |a: &str, b: &str| comparable(a) == comparable(b);
+    let same = |a: &str, b: &str| meant(a, [b].into_iter()).unwrap() == Some(b);
     assert!(same("Main St / 5th Ave", "main-st_5TH  ave"));
     assert!(same("007", "7") && same("Site 007", "site-7") && same("0", "000"));
     assert!(same("Stra\u{df}e 3", "STRA\u{df}E-03"));
@@ -192,7 +179,7 @@ fn arms_that_are_called_by_directions_keep_them() {
         arm.arm = name.to_owned();
     }
     let text = "INTID,NBL,NBT,SBT,EBT,NB Peds\n7,1,100,50,7,30\n";
-    let joined = counts(text).into_approaches(&arms, &[], RIGHT).unwrap();
+    let joined = given(text, &arms);
     let through = joined.approaches.iter().map(|a| a.counted.unwrap().through_vph);
     assert_eq!(through.collect::<Vec<_>>(), [7.0, 100.0, 0.0, 50.0]);
     assert_eq!(joined.approaches[1].counted.unwrap().pedestrians_per_h, Some(30.0));
@@ -203,8 +190,7 @@ fn u_turns_belong_to_the_turn_across_opposing_traffic() {
     let text = "INTID,NBL,NBT,NBR,NBU\n7,3,60,10,2\n";
     let joined = counts(text).into_approaches(&cross(), &[], DrivingSide::Left).unwrap();
     assert_eq!(volumes(&joined)[2], Some([3.0, 60.0, 12.0]));
-    let said = doubts(&joined);
-    assert!(said.contains("U-turns count as right turns (intersection 7, NB: 2 veh/h)"), "{said}");
+    says(&joined, "U-turns count as right turns (intersection 7, NB: 2 veh/h)");
 }
 
 #[test]
@@ -222,23 +208,15 @@ fn of_two_exits_ahead_that_are_as_close_the_network_s_goes_through() {
 fn pedestrians_cross_the_arm_that_the_vehicles_of_their_direction_have() {
     let skew = table(&[("7", &[(220.0, ""), (135.0, ""), (0.0, "")])]);
     let text = "INTID,NBL,NBR,SBL,SBR,EBL,EBR,NB Peds\n7,11,12,21,22,31,32,25\n";
-    let joined = counts(text).into_approaches(&skew, &[], RIGHT).unwrap();
+    let joined = given(text, &skew);
     let counted: Vec<Counted> = joined.approaches.iter().map(|a| a.counted.unwrap()).collect();
     assert_eq!([0, 1, 2].map(|arm: usize| counted[arm].total_vph()), [63.0, 23.0, 43.0]);
     let people = [0, 1, 2].map(|arm: usize| counted[arm].pedestrians_per_h);
     assert_eq!(people, [None, Some(25.0), None], "nobody counted the others");
-    let said = doubts(&joined);
-    assert!(said.contains("pedestrians were counted on other arms only"), "{said}");
-}
-
-#[test]
-fn pedestrians_beyond_what_is_simulated_are_said() {
-    let joined = counts("INTID,NBL,NBT,NBR,NB Peds\n7,1,2,3,9000\n");
-    let joined = joined.into_approaches(&cross(), &[], RIGHT).unwrap();
+    says(&joined, "pedestrians were counted on other arms only");
+    let joined = given("INTID,NBL,NBT,NBR,NB Peds\n7,1,2,3,9000\n", &cross());
     assert_eq!(joined.approaches[2].counted.unwrap().pedestrians_per_h, Some(3600.0));
-    let said = doubts(&joined);
-    assert!(said.contains("more than 3600 pedestrians per hour cross an arm"), "{said}");
-    assert!(said.contains("(intersection 7, arm 2: 9000)"), "{said}");
+    says(&joined, "cross an arm, and so many are simulated (intersection 7, arm 2: 9000)");
 }
 
 #[test]
@@ -251,25 +229,13 @@ fn heavy_vehicles_and_the_peak_hour_factor_stay_where_the_counts_have_none() {
     };
     arms[0].arms[2].counted = Some(before);
     let south = |text: &str| {
-        let joined = counts(text).into_approaches(&arms, &[], RIGHT).unwrap();
+        let joined = given(text, &arms);
         let south = joined.approaches[2].counted.unwrap();
         (south.heavy_vehicles, south.arrivals)
     };
     assert_eq!(south("INTID,NBL,NBT,NBR\n7,1,80,1\n"), (Some(0.15), before.arrivals));
     let counted = south("INTID,NBL,NBT,NBR,NB HV %\n7,1,80,1,5\n").0.unwrap();
     assert!((counted - 0.05).abs() < 1e-9, "{counted}");
-}
-
-#[test]
-fn directions_that_no_arm_has_are_named_with_the_arms() {
-    let mut arms = cross();
-    for (arm, name) in arms[0].arms.iter_mut().zip(["NE Oak", "SW Oak", "SE Main", "NW Main"]) {
-        arm.arm = name.to_owned();
-    }
-    let e = counts("INTID,NBL,NBT,SBT\n7,1,100,50\n").into_approaches(&arms, &[], RIGHT);
-    let e = e.unwrap_err().to_string();
-    let expected = "intersection 7: its counted directions NB SB belong to none of its arms NE Oak, SW Oak, SE Main, NW Main";
-    assert!(e.contains(expected), "{e}");
 }
 
 const SHEETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/count-sheets");
@@ -332,8 +298,8 @@ fn heavy_vehicles_come_from_classes_numbers_or_percentages() {
     for name in ["vendor.xlsx", "vendor-with-classes.xlsx"] {
         assert_eq!(shares(name), [0.0507, 0.0497, 0.0498, 0.0497], "{name}");
     }
-    let said = doubts(&joined(&["heavy-count-and-percent.csv"], 2).unwrap());
-    assert!(said.contains("columns that are not used (NB HV %)"), "{said}");
+    let joined = joined(&["heavy-count-and-percent.csv"], 2).unwrap();
+    says(&joined, "columns that are not used (NB HV %)");
 }
 
 #[test]
@@ -348,18 +314,15 @@ fn people_cross_the_leg_or_the_approach_that_their_column_names() {
         let joined = joined(&[name], 2).unwrap();
         assert_eq!(corner(&joined, |c| c.pedestrians_per_h), expected, "{name}");
     }
-    let any = counts("INTID,NBL,NBT,NBR,PED\n7,1,2,3,20\n").into_approaches(&cross(), &[], RIGHT);
-    let any = any.unwrap().approaches.into_iter().map(|a| a.counted.unwrap().pedestrians_per_h);
+    let any = given("INTID,NBL,NBT,NBR,PED\n7,1,2,3,20\n", &cross()).approaches.into_iter();
+    let any = any.map(|a| a.counted.unwrap().pedestrians_per_h);
     assert_eq!(any.collect::<Vec<_>>(), [Some(5.0); 4]);
 }
 
 #[test]
 fn sheets_that_repeat_others_are_named_and_an_intersection_may_be_called_by_its_file() {
-    let said = doubts(&joined(&["vendor-with-peak-sheet.xlsx"], 2).unwrap());
-    assert!(
-        said.contains("sheets that are not used (Summary; AM Peak (7.30 AM - 8.30 AM))"),
-        "{said}"
-    );
+    let peak = joined(&["vendor-with-peak-sheet.xlsx"], 2).unwrap();
+    says(&peak, "sheets that are not used (Summary; AM Peak (7.30 AM - 8.30 AM))");
     let said = doubts(&joined(&["vendor-with-classes.xlsx"], 2).unwrap());
     assert!(said.contains("Lights") && said.contains("Mediums"), "{said}");
     let folder = tempfile::tempdir().unwrap();
@@ -419,8 +382,8 @@ fn columns_that_may_count_vehicles_are_refused() {
         assert!(e.contains(why), "{columns}: {e}");
     }
     let diagonal = table(&[("7", &[(45.0, ""), (135.0, ""), (225.0, "")])]);
-    let net = counts("INTID,NEL,NET,NER\n7,0,100,0\n").into_approaches(&diagonal, &[], RIGHT);
-    assert_eq!(volumes(&net.unwrap())[2], Some([0.0, 100.0, 0.0]));
+    let net = given("INTID,NEL,NET,NER\n7,0,100,0\n", &diagonal);
+    assert_eq!(volumes(&net)[2], Some([0.0, 100.0, 0.0]));
 }
 
 #[test]
@@ -428,9 +391,7 @@ fn times_and_dates_are_local_and_have_forms_of_the_layout() {
     for (columns, rows) in [
         ("Date,Time", ["11/5/2026,7:00 AM", "11/5/2026,8:00 a.m."]),
         ("Date,Time", ["2026-11-05 00:00:00,0700", "2026-11-05 00:00:00,0800"]),
-        ("Time", ["46331.29166666666", "46331.33333333334"]),
         ("Time", ["2026-11-05T07:00:00", "2026-11-05T08:00:00"]),
-        ("Time", ["07:00 - 08:00", "08:00 - 09:00"]),
         ("Date,Time", ["5-Nov-2026,\"=\"\"07:00\"\"\"", "5-Nov-2026,7:60 PM"]),
     ] {
         let text = |rows: &[&str]| {
@@ -442,17 +403,14 @@ fn times_and_dates_are_local_and_have_forms_of_the_layout() {
             assert!(refused(&text(&rows)).contains("line 3: time \"7:60 PM\" is not understood"));
             continue;
         }
-        let joined = counts(&text(&rows)).into_approaches(&cross(), &[], RIGHT).unwrap();
+        let joined = given(&text(&rows), &cross());
         assert_eq!(joined.found[1], "  busiest hour 07:00 to 08:00, 102 vehicles", "{rows:?}");
         assert_eq!(joined.approaches[2].counted.unwrap().arrivals, None);
     }
-    for time in ["2026-11-05T13:15:00Z", "07:15-06:00", "13:15+00:00", "25:00", "7h15"] {
+    for time in ["2026-11-05T13:15:00Z", "07:15-06:00", "13:15+00:00", "07:00 - 08:00", "7h15"] {
         let e = refused(&format!("Time,INTID,NBL,NBT,NBR\n{time},7,1,2,3\n"));
         assert!(e.contains("is not understood; write it like 07:15, in local time"), "{e}");
     }
-    let rolling = "Time,INTID,NBL,NBT,NBR\n7:00-8:00,7,1,2,3\n7:15-8:15,7,1,2,3\n";
-    let e = counts(rolling).into_approaches(&cross(), &[], RIGHT).unwrap_err().to_string();
-    assert!(e.contains("line 2: its time has another length"), "{e}");
 }
 
 #[test]
@@ -470,14 +428,8 @@ fn weekends_count_only_where_no_working_day_was_counted() {
     let through: Vec<f64> =
         [2, 6].map(|arm: usize| joined.approaches[arm].counted.unwrap().through_vph).into();
     assert_eq!(through, [200.0, 200.0]);
-    let said = doubts(&joined);
-    assert!(said.contains("intersection 7, am: 2 days, without weekends (1)"), "{said}");
-    assert!(
-        said.contains(
-            "one of a weekend, because no working day was counted then (intersection 7, pm)"
-        ),
-        "{said}"
-    );
+    says(&joined, "intersection 7, am: 2 days, without weekends (1)");
+    says(&joined, "because no working day was counted then (intersection 7, pm)");
 }
 
 #[test]
@@ -487,7 +439,7 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
             "INTID,NBL,NBT,NBR\n7,1,many,3\n",
             "c.csv, line 2: \"many\" in column 3: write a number such as 40.78",
         ),
-        ("INTID,NBL,NBT,NBR\n7,1,-5,3\n", "-5 in column 3: expected a number from 0"),
+        ("INTID,NBL,NBT,NBR\n7,1,-5,3\n", "\"-5\" in column 3: expected a number from 0"),
         ("INTID,NBL,NBT,NBR\n", "no row with counts"),
         (
             "INTID,NBL,NBT,NBR\n7,1,5,3\n7,1,5,3\n",
@@ -512,6 +464,13 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
     let wrong = |text: &str, table: &[Intersection]| {
         counts(text).into_approaches(table, &[], RIGHT).unwrap_err().to_string()
     };
+    let mut named = cross();
+    for (arm, name) in named[0].arms.iter_mut().zip(["NE Oak", "SW Oak", "SE Main", "NW Main"]) {
+        arm.arm = name.to_owned();
+    }
+    let e = wrong("INTID,NBL,NBT,SBT\n7,1,100,50\n", &named);
+    let expected = "intersection 7: its counted directions NB SB belong to none of its arms NE Oak, SW Oak, SE Main, NW Main";
+    assert!(e.contains(expected), "{e}");
     let e = wrong("INTID,NBL,NBT,NBR\n99,1,5,3\n", &cross());
     assert!(e.contains("none of the counted intersections (99) is one of the table (7)"), "{e}");
     let mut two = cross();
@@ -526,14 +485,12 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
 }
 
 #[test]
-fn totals_and_titles_are_passed_over_and_wrong_sums_are_said() {
+fn totals_and_titles_are_passed_over() {
     let text = "Location:,Main St,,,,,,\n,Southbound,,,,Northbound,,\n,Main St,,,,Main St,,\nStart Time,Left,Thru,Right,\
                 App Total,Left,Thru,Right\n4:00 PM,1,2,3,6,4,5,6\n4:15 PM,1,2,3,6,4,5,6\n4:30 PM,1,2,3,9,4,5,6\n\
                 4:45 PM,1,2,3,6,4,5,6\nGrand Total,4,8,12,24,16,20,24\n";
-    let joined = counts(text).into_approaches(&cross(), &[], RIGHT).unwrap();
+    let joined = given(text, &cross());
     assert_eq!(volumes(&joined)[0], Some([4.0, 8.0, 12.0]));
     assert_eq!(volumes(&joined)[2], Some([16.0, 20.0, 24.0]));
-    let said = doubts(&joined);
-    assert!(said.contains("the turns count (line 7: SB 6 instead of 9)"), "{said}");
-    assert!(said.contains("passed over (line 9: Grand Total 4)"), "{said}");
+    says(&joined, "passed over (line 9: Grand Total 4)");
 }

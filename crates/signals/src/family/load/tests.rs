@@ -5,11 +5,17 @@ use super::*;
 #[test]
 fn salt_lake_city_has_164_point_mdps_of_282_intersections() {
     let loaded = load("salt-lake-city").unwrap();
-    assert_eq!(loaded.intersections.len(), 282);
-    assert_eq!(loaded.family.points.len(), 164);
-    assert_eq!(loaded.family.points[0].instances, 19);
-    let single = loaded.family.points.iter().filter(|p| p.instances == 1).count();
-    assert_eq!(single, 117);
+    assert_eq!((loaded.intersections.len(), loaded.family.points.len()), (282, 164));
+    assert_eq!((loaded.family.points[0].instances, loaded.scenario.version), (19, 2));
+    let instances = |is: &dyn Fn(&PointMdp) -> bool| -> u32 {
+        loaded.family.points.iter().filter(|p| is(p)).map(|p| p.instances).sum()
+    };
+    assert_eq!(instances(&|p| p.instances == 1), 117);
+    assert_eq!(instances(&|p| p.features[3] == 60.0), 4, "raised to the minimal inflow");
+    let imputed: Vec<u32> =
+        loaded.intersections.iter().map(|i| i.imputed).filter(|n| *n > 0).collect();
+    assert_eq!((imputed.len(), imputed.iter().sum::<u32>()), (30, 36));
+    assert_eq!(load("smoke").unwrap().scenario.version, 1, "without a version it is the first");
 }
 
 #[test]
@@ -22,35 +28,6 @@ fn the_design_hour_has_other_point_mdps_of_the_same_table() {
     settings.version = mean.scenario.version;
     settings.family.hourly_share = mean.scenario.family.hourly_share;
     assert_eq!(settings, mean.scenario);
-}
-
-#[test]
-fn a_scenario_without_a_version_has_the_first() {
-    assert_eq!(load("smoke").unwrap().scenario.version, 1);
-    assert_eq!(load("salt-lake-city").unwrap().scenario.version, 2);
-}
-
-#[test]
-fn salt_lake_city_has_36_approaches_without_a_count_at_30_intersections() {
-    let loaded = load("salt-lake-city").unwrap();
-    let imputed: Vec<u32> =
-        loaded.intersections.iter().map(|i| i.imputed).filter(|n| *n > 0).collect();
-    assert_eq!((imputed.len(), imputed.iter().sum::<u32>()), (30, 36));
-}
-
-#[test]
-fn four_intersections_are_raised_to_the_minimal_inflow() {
-    let loaded = load("salt-lake-city").unwrap();
-    let raised: u32 =
-        loaded.family.points.iter().filter(|p| p.features[3] == 60.0).map(|p| p.instances).sum();
-    assert_eq!(raised, 4);
-}
-
-#[test]
-fn per_approach_detail_keeps_every_intersection() {
-    let text = EMBEDDED[0].1.replace("six-features", "per-approach");
-    let loaded = from_text(&text, "t.toml", &[], &|_| Ok(EMBEDDED_TABLES[0].1.to_owned())).unwrap();
-    assert_eq!(loaded.family.points.len(), 282);
 }
 
 /// The ids of a family of intersections with these ids, each with one arm.
@@ -70,13 +47,9 @@ fn per_approach(ids: &[&str]) -> Result<Vec<String>, String> {
 }
 
 #[test]
-fn only_plain_numbers_are_renamed_so_that_two_ids_stay_two() {
+fn only_plain_numbers_are_renamed_and_two_intersections_of_one_point_id_are_refused() {
     let ids = per_approach(&["7", "007", "12345", "99999999999", "n7"]).unwrap();
     assert_eq!(ids, ["007", "99999999999", "i0007", "i12345", "n7"]);
-}
-
-#[test]
-fn two_intersections_of_one_point_id_are_refused_by_name() {
     assert_eq!(
         per_approach(&["7", "i0007"]).unwrap_err(),
         "a.csv: intersection = i0007: the point MDP would be called i0007, as that of \
@@ -159,38 +132,25 @@ fn a_point_mdp_is_called_by_the_streets_in_the_names_of_its_arms() {
     assert_eq!(title(&table.replace("EB Main St", "west")).1, "i0007");
 }
 
-/// A folder with Salt Lake City's approaches in one file, and point MDPs in another.
-fn tables() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let carried = EMBEDDED_TABLES[0].1;
-    let (header, rows) = carried.split_once('\n').unwrap();
-    let shouted = format!("{}\n{rows}", header.to_uppercase());
-    let points = "point,importance,lanes,speed_mph,length_m,inflow_vph,left_turn_lanes,right_turn_lanes\n\
-                  a,1,4,30,300,500,0,0\n";
-    for (name, text) in [("streets.csv", shouted.as_str()), ("points.csv", points)] {
-        std::fs::write(folder.path().join(name), text).unwrap();
-    }
-    folder
-}
-
 #[test]
 fn a_table_is_a_scenario_whatever_the_case_of_its_columns() {
-    let folder = tables();
-    let [streets, points] = ["streets.csv", "points.csv"]
-        .map(|name| load(folder.path().join(name).to_str().unwrap()).unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let load = |name: &str| load(folder.path().join(name).to_str().unwrap()).unwrap();
+    let (header, rows) = EMBEDDED_TABLES[0].1.split_once('\n').unwrap();
+    let points = "point,importance,lanes,speed_mph,length_m,inflow_vph,left_turn_lanes,right_turn_lanes\n\
+                  a,1,4,30,300,500,0,0\n";
+    for (name, text) in [
+        ("streets.csv", format!("{}\n{rows}", header.to_uppercase())),
+        ("points.csv", points.to_owned()),
+        ("streets.toml", "[family]\napproaches = \"streets.csv\"\n".to_owned()),
+    ] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let streets = load("streets.csv");
     assert_eq!((streets.family.points.len(), streets.scenario.name.as_str()), (282, "streets"));
     assert_eq!(streets.scenario.family.detail, Detail::PerApproach);
-    assert_eq!(points.family.points[0].id, "a");
-}
-
-#[test]
-fn a_table_is_the_scenario_whose_file_names_it() {
-    let folder = tables();
-    let scenario = folder.path().join("streets.toml");
-    std::fs::write(&scenario, "[family]\napproaches = \"streets.csv\"\n").unwrap();
-    let [table, named] = [folder.path().join("streets.csv"), scenario]
-        .map(|path| load(path.to_str().unwrap()).unwrap());
-    assert_eq!(table, named);
+    assert_eq!(streets, load("streets.toml"), "the scenario whose file names it");
+    assert_eq!(load("points.csv").family.points[0].id, "a");
 }
 
 #[test]
