@@ -11,8 +11,8 @@ use minijinja::{Value, context};
 
 use super::plans::TaskPlan;
 use super::shown::{Seen, finished};
-use evaluation::report::csv::{self, number};
 use evaluation::report::svg::{Anchor, Axes, Canvas, TextStyle, nice_step};
+use evaluation::report::table::{Cell, Columns};
 use evaluation::report::{Figure, WIDTH};
 use evaluation::stats::mean_interval;
 use evaluation::store::manifest::Task;
@@ -24,9 +24,6 @@ use signals::street_results::{ByStreet, StreetEpisode, StreetResult, StreetStop}
 
 /// Name of the table in the report's folder.
 pub(crate) const TABLE: &str = "corridors.csv";
-
-/// Name of the figure.
-const FIGURE: &str = "time-space";
 
 /// Most directions that the figure shows, and rows of the page.
 const FEW: usize = 8;
@@ -43,14 +40,15 @@ const BAR_PX: f64 = 7.0;
 
 const RED: &str = "#c0392b";
 const GREEN: &str = "#1e8449";
-const BAND: &str = "#1e8449";
 
-/// Returns a quantity of an episode.
-type Quantity = fn(&StreetEpisode) -> f64;
+/// A quantity of an episode: column, heading, digits on the page, and its value.
+type Quantity = (&'static str, &'static str, usize, fn(&StreetEpisode) -> f64);
 
-/// The quantities of the table with their columns.
-const QUANTITIES: [(&str, Quantity); 3] =
-    [("travel_s", |e| e.travel_s), ("delay_s", |e| e.delay_s), ("stops_per_veh", |e| e.stops)];
+const QUANTITIES: [Quantity; 3] = [
+    ("travel_s", "Travel time (s)", 1, |e| e.travel_s),
+    ("delay_s", "Delay (s per vehicle)", 1, |e| e.delay_s),
+    ("stops_per_veh", "Stops per vehicle", 2, |e| e.stops),
+];
 
 /// Results by street of a task.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,129 +71,120 @@ pub(crate) fn streets(results: &Results) -> Vec<TaskStreets> {
     finished(results).filter_map(of_task).collect()
 }
 
-/// Returns mean and interval of a quantity over the episodes in which somebody drove along.
-fn over(street: &StreetResult, of: fn(&StreetEpisode) -> f64) -> Option<(f64, f64, f64)> {
-    let driven = street.episodes.iter().filter(|e| e.vehicles > 0);
-    mean_interval(&driven.map(of).collect::<Vec<_>>())
-}
-
-fn vehicles(street: &StreetResult) -> f64 {
-    let all: u32 = street.episodes.iter().map(|e| e.vehicles).sum();
-    f64::from(all) / street.episodes.len().max(1) as f64
-}
-
 fn length_m(street: &StreetResult) -> f64 {
     street.stops.last().map_or(0.0, |stop| stop.at_m)
 }
 
-fn signals(street: &StreetResult) -> String {
-    street.stops.iter().map(|stop| stop.signal.as_str()).collect::<Vec<_>>().join(" ")
+/// A street under a task.
+type Row<'a> = (&'a TaskStreets, &'a StreetResult);
+
+/// Returns the columns of the file and of the page.
+fn columns(Seen { data, shown }: Seen<'_>) -> Columns<'_, Row<'_>> {
+    let identity = &data.manifest.identity;
+    let point = |task: &TaskStreets| &identity.points[task.point].point;
+    let signals = |street: &StreetResult| {
+        street.stops.iter().map(|stop| stop.signal.as_str()).collect::<Vec<_>>().join(" ")
+    };
+    let street = move |(task, street): &Row<'_>| {
+        let title = data.points.get(task.point).map(|p| shown.title(&p.row)).unwrap_or_default();
+        let (direction, count) = (&street.direction, street.stops.len());
+        let (length_m, signals) = (length_m(street), signals(street));
+        format!("{title}, {direction}: {count} signals on {length_m:.0} m ({signals})")
+    };
+    let method = |task: &TaskStreets| identity.methods[task.method].clone();
+    let of_training = move |(task, _): &Row<'_>| match task.replicate {
+        0 => method(task),
+        replicate => format!("{}, replicate {replicate}", method(task)),
+    };
+    let vehicles = |street: &StreetResult| {
+        let all: u32 = street.episodes.iter().map(|e| e.vehicles).sum();
+        f64::from(all) / street.episodes.len().max(1) as f64
+    };
+    let mut columns = Columns::new()
+        .text("point", "", move |r: &Row<'_>| point(r.0).clone())
+        .text("method", "", move |r| method(r.0))
+        .file("replicate", |r| Cell::count(r.0.replicate as usize))
+        .text("", "Street", street)
+        .text("", "Method", of_training)
+        .text("direction", "", |r| r.1.direction.clone())
+        .text("signals", "", move |r| signals(r.1))
+        .file("length_m", |r| Cell::exact(length_m(r.1)))
+        .file("episodes", |r| Cell::count(r.1.episodes.len()))
+        .column("vehicles_per_episode", "Vehicles per episode", move |r| {
+            Cell::number(vehicles(r.1), |n| format!("{n:.0}"))
+        });
+    for (name, heading, digits, of) in QUANTITIES {
+        // Over the episodes in which somebody drove along.
+        let over = move |(_, street): &Row<'_>| {
+            let driven = street.episodes.iter().filter(|e| e.vehicles > 0);
+            mean_interval(&driven.map(of).collect::<Vec<_>>())
+        };
+        let cell = move |row: &Row<'_>| {
+            let all = over(row);
+            let interval = all.map(|(_, low, high)| format!("{low:.digits$} to {high:.digits$}"));
+            Cell::number(all.map(|all| all.0), |mean| format!("{mean:.digits$}")).above(interval)
+        };
+        columns = columns
+            .column(name, heading, cell)
+            .file(format!("{name}_low"), move |row| Cell::exact(over(row).map(|all| all.1)))
+            .file(format!("{name}_high"), move |row| Cell::exact(over(row).map(|all| all.2)));
+    }
+    match shown.titles(data) {
+        Some(titles) => columns.text("title", "", move |row| titles[row.0.point].clone()),
+        None => columns,
+    }
+}
+
+fn rows(seen: Seen<'_>) -> Vec<Row<'_>> {
+    let tasks = seen.shown.streets.iter();
+    tasks.flat_map(|task| task.streets.iter().map(move |street| (task, street))).collect()
 }
 
 pub(crate) fn table(seen: Seen<'_>) -> String {
-    let Seen { data, shown } = seen;
-    let titles = shown.titles(data);
-    let titled = csv::Titled(titles.as_deref());
-    let identity = &data.manifest.identity;
-    let mut header: Vec<String> =
-        ["point", "method", "replicate", "direction", "signals", "length_m", "episodes"]
-            .map(str::to_owned)
-            .to_vec();
-    header.push("vehicles_per_episode".to_owned());
-    for (name, _) in QUANTITIES {
-        header.extend([name.to_owned(), format!("{name}_low"), format!("{name}_high")]);
-    }
-    let rows = shown.streets.iter().flat_map(|task| {
-        task.streets.iter().map(move |street| {
-            let mut cells = vec![
-                identity.points[task.point].point.clone(),
-                identity.methods[task.method].clone(),
-                task.replicate.to_string(),
-                street.direction.clone(),
-                signals(street),
-                length_m(street).to_string(),
-                street.episodes.len().to_string(),
-                vehicles(street).to_string(),
-            ];
-            for (_, of) in QUANTITIES {
-                let (mean, low, high) = over(street, of)
-                    .map_or((None, None, None), |(m, l, h)| (Some(m), Some(l), Some(h)));
-                cells.extend([number(mean), number(low), number(high)]);
-            }
-            titled.row(task.point, cells)
-        })
-    });
-    csv::table(&titled.header(header), rows)
+    columns(seen).table(rows(seen)).csv()
 }
 
 /// Returns the section on streets; undefined where no record has any.
-///
-/// # Arguments
-///
-/// * `diagram` — the time-space diagram, if there is one.
 pub(crate) fn values(seen: Seen<'_>, diagram: Option<&str>) -> Option<Value> {
-    let Seen { data, shown } = seen;
-    shown.streets.first()?;
-    let identity = &data.manifest.identity;
-    let each = |task: &TaskStreets| 0..task.streets.len();
-    let all = shown.streets.iter().flat_map(|task| each(task).map(move |number| (task, number)));
-    let mut all: Vec<(&TaskStreets, usize)> = all.collect();
+    seen.shown.streets.first()?;
+    let mut rows = rows(seen);
     // The methods of a street stand together.
-    all.sort_by_key(|(task, number)| (task.point, *number));
-    let row = |(task, number): &(&TaskStreets, usize)| {
-        let street = &task.streets[*number];
-        let cell = |((_, of), digits): (&(&str, Quantity), usize)| {
-            let cell = |(m, low, high): (f64, f64, f64)| {
-                format!("{m:.digits$} ({low:.digits$} to {high:.digits$})")
-            };
-            over(street, *of).map_or_else(|| "-".to_owned(), cell)
-        };
-        let training = match task.replicate {
-            0 => String::new(),
-            replicate => format!(", replicate {replicate}"),
-        };
-        context! {
-            title => data.points.get(task.point).map(|p| shown.title(&p.row)),
-            direction => street.direction.as_str(),
-            signals => signals(street),
-            count => street.stops.len(),
-            length => format!("{:.0}", length_m(street)),
-            method => identity.methods[task.method].clone() + training.as_str(),
-            vehicles => format!("{:.0}", vehicles(street)),
-            cells => QUANTITIES.iter().zip([1, 1, 2]).map(cell).collect::<Vec<_>>(),
-        }
-    };
-    let rows: Vec<Value> = all.iter().take(MOST_ROWS).map(row).collect();
-    Some(context! { rows, diagram, many => all.len() > MOST_ROWS, few => MOST_ROWS })
+    let number = |(task, street): &Row<'_>| task.streets.iter().position(|s| s == *street);
+    rows.sort_by_key(|row| (row.0.point, number(row)));
+    rows.truncate(MOST_ROWS);
+    let caption = "Means over the evaluation seeds with 95% intervals";
+    Some(context! { table => columns(seen).table(rows).html(caption), diagram, most => MOST_ROWS })
 }
 
 /// Draws the time-space diagram of the plan that is worth looking at.
-pub(crate) fn diagram(seen: Seen<'_>) -> Option<Figure> {
-    let Seen { data, shown } = seen;
+pub(crate) fn diagram(Seen { data, shown }: Seen<'_>) -> Option<Figure> {
     let task = shown.streets.first()?;
-    let identity = &data.manifest.identity;
-    let is_coordinated =
-        |plan: &TaskPlan| identity.methods[plan.method] == coordinated::METHOD.name;
-    let is_drawn = |plan: &&TaskPlan| {
-        plan.point == task.point && task.streets.iter().any(|s| lights(plan, s).is_some())
+    let methods = &data.manifest.identity.methods;
+    let panels = |plan| {
+        let of = |street| Some((street, lights(plan, street)?));
+        let panels: Vec<(&StreetResult, Vec<Light<'_>>)> =
+            task.streets.iter().filter_map(of).take(FEW).collect();
+        (!panels.is_empty()).then_some((plan, panels))
     };
-    let delay_s = |plan: &TaskPlan| plan.objective.unwrap_or(f64::INFINITY);
-    let plan = shown.plans.iter().filter(is_drawn).min_by(|a, b| {
-        is_coordinated(b).cmp(&is_coordinated(a)).then(delay_s(a).total_cmp(&delay_s(b)))
+    let order = |plan: &TaskPlan| {
+        let is_other = methods[plan.method] != coordinated::METHOD.name;
+        (is_other, plan.objective.unwrap_or(f64::INFINITY))
+    };
+    let of_point = shown.plans.iter().filter(|plan| plan.point == task.point).filter_map(panels);
+    let (plan, panels) = of_point.min_by(|(a, _), (b, _)| {
+        let (a, b) = (order(a), order(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
     })?;
-    let panels: Vec<(&StreetResult, Vec<Light<'_>>)> = (task.streets.iter())
-        .filter_map(|street| Some((street, lights(plan, street)?)))
-        .take(FEW)
-        .collect();
     let mut canvas = Canvas::new(WIDTH, (PANEL_PX + 50.0) * panels.len() as f64 + 10.0);
-    let (mut bands, method) = (Vec::new(), &identity.methods[plan.method]);
-    for (i, (street, lights)) in panels.iter().enumerate() {
+    let method = &methods[plan.method];
+    let bands = panels.iter().enumerate().map(|(i, (street, lights))| {
         let top = 24.0 + (PANEL_PX + 50.0) * i as f64;
         let band = panel(&mut canvas, top, (method, street), lights);
-        bands.push(format!("{}: {band}", street.direction));
-    }
+        format!("{}: {band}", street.direction)
+    });
+    let bands: Vec<String> = bands.collect();
     let title = format!("Time-space diagram of {method}");
-    Some(canvas.figure(FIGURE, &title, &bands.join("; ")))
+    Some(canvas.figure("time-space", &title, &bands.join("; ")))
 }
 
 /// A signal of a street with the program that it runs.
@@ -215,14 +204,12 @@ impl Light<'_> {
         let stages = self.program.stages.as_ref();
         let offset_s = stages.map_or(self.program.offset_s, |stages| stages.offset_s.into());
         let mut left_s = (time_s - offset_s).rem_euclid(self.cycle_s());
-        for phase in &self.program.phases {
-            if left_s < phase.duration_s {
-                let letter = |link: &usize| phase.state.as_bytes().get(*link).copied();
-                return self.stop.links.iter().any(|l| matches!(letter(l), Some(b'G' | b'g')));
-            }
+        let shown = self.program.phases.iter().find(|phase| {
             left_s -= phase.duration_s;
-        }
-        false
+            left_s < 0.0
+        });
+        let letter = |link: &usize| shown?.state.as_bytes().get(*link).copied();
+        self.stop.links.iter().any(|link| matches!(letter(link), Some(b'G' | b'g')))
     }
 }
 
@@ -250,17 +237,15 @@ fn band(lights: &[Light<'_>]) -> Option<(f64, f64, f64)> {
     let passes =
         |t: usize| lights.iter().all(|light| light.is_green(t as f64 + light.stop.after_s.round()));
     let free: Vec<bool> = (0..seconds).map(passes).collect();
-    if free.iter().all(|free| *free) {
-        return Some((0.0, cycle_s, cycle_s));
-    }
-    let (mut best, mut run) = ((0, 0), 0);
-    for t in 0..2 * seconds {
-        run = if free[t % seconds] { run + 1 } else { 0 };
-        if run > best.1 {
-            best = (t + 1 - run, run);
+    let twice = [&free[..], &free].concat();
+    let (mut start, mut best) = (0, (0, 0));
+    for run in twice.chunk_by(|a, b| a == b) {
+        if run[0] && run.len() > best.1 {
+            best = (start, run.len());
         }
+        start += run.len();
     }
-    (best.1 > 0).then_some((best.0 as f64, best.1 as f64, cycle_s))
+    (best.1 > 0).then_some((best.0 as f64, best.1.min(seconds) as f64, cycle_s))
 }
 
 /// Draws a direction and returns its band in words.
@@ -287,40 +272,34 @@ fn panel(
         y_label: Some("distance (m)".to_owned()),
     });
     let band = band(lights);
-    let name = |band: &str| {
-        format!("{method}, {}, {} signals: {band}", street.direction, street.stops.len())
-    };
     let said = match band {
         Some((_, width_s, cycle_s)) => format!("band of {width_s} s in a cycle of {cycle_s} s"),
         None => "no band".to_owned(),
     };
-    canvas.text(left, top - 8.0, &name(&said), TextStyle::new(Anchor::Start).bold());
+    let name = format!("{method}, {}, {} signals: {said}", street.direction, street.stops.len());
+    canvas.text(left, top - 8.0, &name, TextStyle::new(Anchor::Start).bold());
     if let Some((start_s, width_s, cycle_s)) = band {
         let mut from_s = start_s % cycle_s;
         while from_s + width_s + last_s <= span_s {
-            let ends = |t: f64| {
-                let corner = move |light: &Light<'_>| (t + light.stop.after_s, light.stop.at_m);
-                lights.iter().map(corner)
-            };
-            let corners = ends(from_s).chain(ends(from_s + width_s).rev());
-            let drawn: Vec<_> = corners.map(|(t, m)| (frame.x(t), frame.y(m))).collect();
-            canvas.band(&drawn, BAND);
+            let corner =
+                |t: f64, l: &Light<'_>| (frame.x(t + l.stop.after_s), frame.y(l.stop.at_m));
+            let from = lights.iter().map(|light| corner(from_s, light));
+            let to = lights.iter().rev().map(|light| corner(from_s + width_s, light));
+            let corners: Vec<_> = from.chain(to).collect();
+            canvas.band(&corners, GREEN);
             from_s += cycle_s;
         }
     }
     for light in lights {
         let y = frame.y(light.stop.at_m);
         let mut from = 0;
-        let seconds = span_s.round() as usize;
-        for t in 1..=seconds {
-            let is_green = light.is_green(from as f64);
-            if t == seconds || light.is_green(t as f64) != is_green {
-                let half = if is_green { BAR_PX / 4.0 } else { BAR_PX / 2.0 };
-                let color = if is_green { GREEN } else { RED };
-                let ends = [from, t].map(|t| frame.x(t as f64));
-                canvas.rect((ends[0], y - half), (ends[1], y + half), color, None);
-                from = t;
-            }
+        let seconds = 0..span_s.round() as usize;
+        let greens: Vec<bool> = seconds.map(|t| light.is_green(t as f64)).collect();
+        for run in greens.chunk_by(|a, b| a == b) {
+            let (color, half) = if run[0] { (GREEN, BAR_PX / 4.0) } else { (RED, BAR_PX / 2.0) };
+            let ends = [from, from + run.len()].map(|t| frame.x(t as f64));
+            canvas.rect((ends[0], y - half), (ends[1], y + half), color, None);
+            from += run.len();
         }
         let style = TextStyle::new(Anchor::Start).small();
         canvas.text(right + 8.0, y + 4.0, &light.stop.signal, style);

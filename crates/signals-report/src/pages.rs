@@ -245,7 +245,7 @@ fn schedule(plan: &ExistingPlan) -> Value {
     let splits = phases.iter().map(|p| format!("{}: {}", p.number, seconds(p.split_s())));
     let reference: Vec<String> = plan.reference.iter().map(u32::to_string).collect();
     context! {
-        control => plan.control.name(),
+        control => signals::existing::table::name(&plan.control),
         cycle => plan.cycle_s.map_or_else(|| "free".to_owned(), seconds),
         offset => plan.cycle_s.and(plan.offset_s).map_or_else(|| "-".to_owned(), seconds),
         reference => if reference.is_empty() { "-".to_owned() } else { reference.join(" ") },

@@ -4,9 +4,7 @@
 //! - **Several trainings** have several plans. All are in the table; the files have that of the
 //!   best recorded objective.
 
-mod beside;
 pub(super) mod cabinet;
-mod config;
 pub mod episode;
 mod files;
 mod program_xml;

@@ -54,16 +54,14 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
     let specs = intersections(loaded).map_err(|e| wrong(1, e.to_string()))?;
     let known = few(loaded.intersections.iter().map(|i| i.id.clone()));
     let all = &plans.all;
-    let mut meant_by = Vec::with_capacity(all.len());
-    for plan in all {
+    let meant_by = |plan: &NamedPlan| {
         let is_point = loaded.family.points.iter().any(|point| point.id == plan.intersection);
-        meant_by.push(
-            match meant(&plan.intersection, loaded.intersections.iter().map(|i| i.id.as_str())) {
-                Err(_) if is_point => None,
-                meant => meant.map_err(|message| wrong(plan.line, message))?,
-            },
-        );
-    }
+        match meant(&plan.intersection, loaded.intersections.iter().map(|i| i.id.as_str())) {
+            Err(_) if is_point => Ok(None),
+            meant => meant.map_err(|message| wrong(plan.line, message)),
+        }
+    };
+    let meant_by: Vec<Option<&str>> = all.iter().map(meant_by).collect::<Result<_, _>>()?;
     let mut placed = Placed::default();
     let (mut used, mut notes, mut without) = (vec![false; all.len()], Vec::new(), Vec::new());
     for ((point, members), spec) in loaded.family.points.iter().zip(&loaded.members).zip(&specs) {
@@ -195,7 +193,7 @@ fn place(
     intersection: &Intersection,
     spec: &IntersectionSpec,
 ) -> Result<(ExistingPlan, Vec<String>), String> {
-    let notes = plan.check()?;
+    let mut notes = plan.check()?;
     let layout = layout(spec).map_err(|e| e.to_string())?;
     let named = plan.phases.iter().flat_map(|phase| phase.all_movements());
     let headings: BTreeSet<Heading> =
@@ -215,9 +213,8 @@ fn place(
     }
     let by_link = by_link(spec, &layout);
     let on_arms = OnArms { spec, layout: &layout, by_link: &by_link, arms };
-    let mut placing = Placing { ways: on_arms.ways(plan)?, plan: plan.clone(), notes };
-    on_arms.complete(&mut placing)?;
-    let Placing { mut plan, ways, notes } = placing;
+    let (mut plan, mut ways) = (plan.clone(), on_arms.ways(plan)?);
+    notes.extend(on_arms.complete(&mut plan, &mut ways)?);
     no_crossing(&plan, &ways)?;
     for (name, own) in ways {
         plan.ways.insert(name, own.iter().map(|m| (m.from_edge(), m.to_edge())).collect());
@@ -227,13 +224,6 @@ fn place(
 
 /// The movements that every name of a plan is.
 type Ways = BTreeMap<String, Vec<ArmMovement>>;
-
-/// A plan that gets its ways.
-struct Placing {
-    plan: ExistingPlan,
-    ways: Ways,
-    notes: Vec<String>,
-}
 
 /// An intersection with the directions from which a plan's traffic comes.
 struct OnArms<'a> {
@@ -287,8 +277,9 @@ impl OnArms<'_> {
         Ok(ways)
     }
 
-    /// Gives movements without a phase one, where it is clear which.
-    fn complete(&self, Placing { plan, ways, notes }: &mut Placing) -> Result<(), String> {
+    /// Gives movements without a phase one, where it is clear which, and says so.
+    fn complete(&self, plan: &mut ExistingPlan, ways: &mut Ways) -> Result<Vec<String>, String> {
+        let mut notes = Vec::new();
         let way = |m: &ArmMovement| (m.from, m.turn);
         let served: BTreeSet<(usize, Turn)> = ways.values().flatten().map(way).collect();
         let mut all: Vec<(usize, Turn)> = self.layout.movements.iter().map(way).collect();
@@ -337,7 +328,7 @@ impl OnArms<'_> {
             }
             ways.insert(name, own);
         }
-        Ok(())
+        Ok(notes)
     }
 }
 
@@ -458,19 +449,12 @@ mod tests {
         let placed = tried(&without("NBR"));
         assert_eq!(placed.of_point["i0007"].phases[1].movements, ["NBT", "NBR"]);
         assert_eq!(placed.doubts, [], "it shares a lane");
-        let left = tried(&|p| p.phases[2].yielding.clear()).refused.remove(0).1;
-        assert_eq!(
-            left, "EBL has no phase; add it to movements or yielding of one",
-            "it has a lane of its own"
-        );
-        assert_eq!(
-            refused(&without("NBT")),
-            "NBT has no phase; add it to movements or yielding of one"
-        );
-        assert_eq!(
-            refused(&without("NBL")),
-            "NBL has no phase; add it to movements or yielding of one"
-        );
+        for (change, name) in
+            [(&without("NBT") as &dyn Fn(&mut ExistingPlan), "NBT"), (&without("EBL"), "EBL")]
+        {
+            let expected = format!("{name} has no phase; add it to movements or yielding of one");
+            assert_eq!(refused(change), expected);
+        }
     }
 
     #[test]

@@ -32,7 +32,7 @@ impl ProgramKind {
 }
 
 /// A phase of a program.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProgramPhase {
     /// SUMO's state, one letter per link.
@@ -56,14 +56,7 @@ pub struct ProgramPhase {
 impl ProgramPhase {
     /// Returns a phase of fixed duration.
     pub fn fixed(state: impl Into<String>, duration_s: f64) -> Self {
-        Self {
-            state: state.into(),
-            duration_s,
-            min_s: None,
-            max_s: None,
-            walk_s: None,
-            clearance_s: None,
-        }
+        Self { state: state.into(), duration_s, ..Self::default() }
     }
 }
 

@@ -38,25 +38,22 @@ impl Controller for Recorded {
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         let drive = |signal: &SignalSpec| {
             let program = self.programs.iter().find(|p| p.signal == signal.id);
-            let fail = |reason: &str| ControlError::Signal {
-                method: "recorded",
-                signal: signal.id.clone(),
-                reason: reason.to_owned(),
-            };
-            let program = program.ok_or_else(|| fail("the record has no program of it"))?;
-            match (program.own, program.kind) {
-                (true, _) => Ok(Drive::OwnProgram),
+            let shown_again = |program: &SignalProgram| match (program.own, program.kind) {
+                (true, _) => Some(Drive::OwnProgram),
                 (false, ProgramKind::Static) => {
                     let phases = program.phases.iter().map(|p| (p.state.clone(), p.duration_s));
-                    Ok(Drive::Recorded(phases.collect(), program.offset_s))
+                    Some(Drive::Recorded(phases.collect(), program.offset_s))
                 }
                 (false, ProgramKind::DualRing) => {
-                    let stages = program.stages.clone();
-                    let stages = stages.ok_or_else(|| fail("the record has no stages of it"))?;
-                    Ok(Drive::CoordinatedRings(self.rings.clone(), stages))
+                    Some(Drive::CoordinatedRings(self.rings.clone(), program.stages.clone()?))
                 }
-                _ => Err(fail("what the record has is no cycle")),
-            }
+                _ => None,
+            };
+            program.and_then(shown_again).ok_or_else(|| ControlError::Signal {
+                method: "recorded",
+                signal: signal.id.clone(),
+                reason: "its record has no cycle of it".to_owned(),
+            })
         };
         signals.iter().map(drive).collect()
     }
@@ -87,7 +84,10 @@ pub fn replay<S: Sim>(
         Err(_) if !imported && site.point.given.contains_key(method) => {
             create(existing::METHOD.name, &scenario, imported, summary.seed)?
         }
-        Err(_) => return Err(input(not_here(method)).into()),
+        Err(_) => {
+            let message = "is a method of your own, which is not started here; name a method of this program or a plan";
+            return Err(input(format!("{method} {message}")).into());
+        }
         Ok(known) => match known.training {
             Training::None => create(method, &scenario, imported, summary.seed)?,
             Training::Learned => {
@@ -110,10 +110,4 @@ pub fn replay<S: Sim>(
     let metrics = trial.episode(seed)?;
     trial.verify()?;
     Ok((metrics, trial.env.shown_programs()))
-}
-
-fn not_here(method: &str) -> String {
-    format!(
-        "{method} is a method of your own, which is not started here; name a method of this program or a plan"
-    )
 }

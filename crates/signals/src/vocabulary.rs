@@ -209,6 +209,18 @@ pub fn on_red(state: &str, may: &[bool], meet: &dyn Fn(usize, usize) -> bool) ->
     state.chars().enumerate().map(letter).collect()
 }
 
+/// Returns names of movements as engineers list them, each once.
+pub fn listed<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut listed: Vec<String> = Vec::new();
+    for name in names {
+        if !listed.iter().any(|other| other == name) {
+            listed.push(name.to_owned());
+        }
+    }
+    listed.sort_by_key(|name| listed_before(name));
+    listed
+}
+
 /// Returns the place of a movement in the order in which engineers list them, by its name.
 pub fn listed_before(name: &str) -> (Option<usize>, Option<usize>) {
     let (directions, turns) = ORDER;

@@ -13,7 +13,7 @@ use super::told::{Told, best_of_all_signals, of_task};
 use crate::shown::Seen;
 use evaluation::report::csv;
 use signals::control::existing;
-use signals::existing::table::{WRITTEN, cells};
+use signals::existing::table::{WRITTEN, cells, name};
 use signals::existing::{Control, ExistingPlan, PlanPhase, Recall};
 
 /// Name of the table in the report's folder.
@@ -76,7 +76,7 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
 
 /// Returns what an existing plan is, for a caption.
 pub(crate) fn of_plan(plan: &ExistingPlan) -> String {
-    let mut text = plan.control.name().to_owned();
+    let mut text = name(&plan.control);
     if let Some(cycle_s) = plan.cycle_s {
         text.push_str(&format!(", cycle {} s", seconds(cycle_s)));
         if let Some(offset_s) = plan.offset_s {

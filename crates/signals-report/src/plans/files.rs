@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use super::TaskPlan;
 use super::program_xml::additional;
 use crate::shown::Seen;
-use basics::files::{FileError, lines, write_atomically};
-use evaluation::analysis::Analysis;
-use evaluation::report::{csv, format};
+use basics::files::{FileError, write_atomically};
+use evaluation::report::format;
+use evaluation::report::table::{Cell, Columns};
 use evaluation::store::manifest::PointRow;
 use signals::environment::given;
-use signals::existing::ran::greens;
+use signals::existing::ran::{Green, greens};
 use signals::network_files::GENERATED;
 use signals::program::{ProgramKind, SignalProgram};
 use signals::sim::sumocfg::SumoConfig;
@@ -25,15 +25,6 @@ pub(crate) const TABLE: &str = "plans.csv";
 /// Name of the folder within the report.
 pub(crate) const FOLDER: &str = "plans";
 
-/// What was written.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(crate) struct Written {
-    /// `plans.csv`.
-    pub(crate) table: PathBuf,
-    /// Files in `plans/` for `sumo -a`.
-    pub(crate) programs: usize,
-}
-
 /// Removes a folder that an earlier report left, not what it points to.
 pub(crate) fn remove_earlier(folder: &Path) -> Result<(), FileError> {
     match fs::symlink_metadata(folder) {
@@ -44,15 +35,13 @@ pub(crate) fn remove_earlier(folder: &Path) -> Result<(), FileError> {
     .map_err(FileError::at("remove", folder))
 }
 
-/// Writes the plans of a report into its folder; what an earlier report left there is replaced.
-pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, FileError> {
+/// Writes the plans of a report into its folder, and returns the path of the table; what an earlier report left there is
+/// replaced.
+pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<PathBuf, FileError> {
     let Seen { data, shown } = seen;
     let plans = folder.join(FOLDER);
     remove_earlier(&plans)?;
-    let mut written = Written { table: folder.join(TABLE), ..Written::default() };
-    let titles = shown.titles(data);
-    let titled = csv::Titled(titles.as_deref());
-    let mut all = vec![titled.header(HEADER.map(str::to_owned).to_vec())];
+    let mut all = Vec::new();
     let mut of_points: Vec<Vec<&TaskPlan>> = vec![Vec::new(); data.points.len()];
     shown.plans.iter().for_each(|plan| of_points[plan.point].push(plan));
     for (point, own) in of_points.into_iter().enumerate() {
@@ -64,15 +53,13 @@ pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, FileError>
             if let Some((name, text)) = &file {
                 fs::create_dir_all(&plans).map_err(FileError::at("create", &plans))?;
                 write_atomically(&plans.join(name), text.as_bytes())?;
-                written.programs += 1;
             }
-            let streets = shown.streets_of(&data.points[point].row.point);
-            let cells = rows(data, streets, plan, file.as_ref().map(|(name, _)| name.as_str()));
-            all.extend(cells.into_iter().map(|cells| titled.row(point, cells)));
+            all.extend(rows(plan, file.map_or_else(String::new, |(name, _)| name)));
         }
     }
-    write_atomically(&written.table, &lines(&all))?;
-    Ok(written)
+    let table = folder.join(TABLE);
+    write_atomically(&table, columns(seen).table(all).csv().as_bytes())?;
+    Ok(table)
 }
 
 /// Returns one plan per method with programs on a point MDP: of several trainings that of the best
@@ -146,92 +133,91 @@ fn begin_s(point: &PointRow, plans: &Path) -> f64 {
     given.or_else(own).unwrap_or_default()
 }
 
-/// The columns.
-const HEADER: [&str; 18] = [
-    "point", "streets", "method", "replicate", "delay_s", "winner", "signal", "program", "phase",
-    "state", "green_s", "max_green_s", "yellow_s", "all_red_s", "cycle_s", "offset_s", "file",
-    "remark",
-];
+/// A row: a plan, and of the program of a signal one green with its place.
+struct Row<'a> {
+    plan: &'a TaskPlan,
+    signal: &'a str,
+    program: Option<&'a SignalProgram>,
+    green: Option<(usize, Green)>,
+    /// Name of the file for SUMO that has it.
+    file: String,
+    remark: String,
+}
+
+fn columns(Seen { data, shown }: Seen<'_>) -> Columns<'_, Row<'_>> {
+    let identity = &data.manifest.identity;
+    let point = |row: &Row<'_>| &identity.points[row.plan.point].point;
+    let wins = |row: &Row<'_>| {
+        data.winners[row.plan.point].as_ref().is_some_and(|w| w.best == row.plan.method)
+    };
+    let kind = |row: &Row<'_>| match row.program.map(|program| (program.own, program.kind)) {
+        None => "none",
+        Some((true, ProgramKind::Static)) => "the network's own",
+        Some((true, _)) => "the network's own, not fixed",
+        Some((false, kind)) => kind.name(),
+    };
+    let of_cycle = |of: fn(&SignalProgram) -> Option<f64>| {
+        move |row: &Row<'_>| {
+            let program = row.program.filter(|_| row.green.is_some());
+            Cell::exact(program.filter(|p| p.kind == ProgramKind::Static).and_then(of))
+        }
+    };
+    let green = |of: fn(&Green) -> Option<f64>| {
+        move |row: &Row<'_>| Cell::exact(row.green.as_ref().and_then(|(_, green)| of(green)))
+    };
+    let number = |row: &Row<'_>| row.green.as_ref().map(|(place, _)| Cell::count(place + 1));
+    let state = |row: &Row<'_>| row.green.as_ref().map(|(_, green)| green.state.clone());
+    let columns = Columns::new()
+        .text("point", "", move |row: &Row<'_>| point(row).clone())
+        .text("streets", "", move |row| shown.streets_of(point(row)).unwrap_or_default())
+        .text("method", "", |row| identity.methods[row.plan.method].clone())
+        .file("replicate", |row| Cell::count(row.plan.replicate as usize))
+        .file("delay_s", |row| Cell::exact(row.plan.objective))
+        .text("winner", "", move |row| if wins(row) { "yes" } else { "no" }.to_owned())
+        .text("signal", "", |row| row.signal.to_owned())
+        .text("program", "", move |row| kind(row).to_owned())
+        .file("phase", move |row| number(row).unwrap_or_else(Cell::unknown))
+        .text("state", "", move |row| state(row).unwrap_or_default())
+        .file("green_s", green(|green| Some(green.green_s)))
+        .file("max_green_s", green(|green| green.max_s))
+        .file("yellow_s", green(|green| Some(green.yellow_s)))
+        .file("all_red_s", green(|green| Some(green.all_red_s)))
+        .file("cycle_s", of_cycle(|p| Some(p.phases.iter().map(|phase| phase.duration_s).sum())))
+        .file("offset_s", of_cycle(|p| (!p.own).then_some(p.offset_s)))
+        .text("file", "", |row| row.file.clone())
+        .text("remark", "", |row| row.remark.clone());
+    match shown.titles(data) {
+        Some(titles) => columns.text("title", "", move |row| titles[row.plan.point].clone()),
+        None => columns,
+    }
+}
 
 /// Returns the rows of a plan.
-///
-/// # Arguments
-///
-/// * `streets` — of its intersections.
-/// * `file` — name of the file for SUMO that has it, if there is one.
-fn rows(
-    data: &Analysis,
-    streets: Option<String>,
-    plan: &TaskPlan,
-    file: Option<&str>,
-) -> Vec<Vec<String>> {
-    let identity = &data.manifest.identity;
-    let point = identity.points[plan.point].point.as_str();
-    let winner = data.winners[plan.point].as_ref().is_some_and(|w| w.best == plan.method);
-    let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
-    let head = [
-        point.to_owned(),
-        streets.unwrap_or_default(),
-        identity.methods[plan.method].clone(),
-        plan.replicate.to_string(),
-        number(plan.objective),
-        if winner { "yes" } else { "no" }.to_owned(),
-    ];
-    let row = |cells: [String; 12]| head.iter().cloned().chain(cells).collect::<Vec<_>>();
-    let empty = String::new;
-    let file = file.unwrap_or_default();
-    if plan.programs.is_empty() {
-        let none = |signal: &str, remark: String| {
-            let mut cells: [String; 12] = std::array::from_fn(|_| empty());
-            (cells[0], cells[1], cells[11]) = (signal.to_owned(), "none".to_owned(), remark);
-            row(cells)
-        };
-        if plan.phases.is_empty() {
-            return vec![none("", "its record has no program".to_owned())];
+fn rows(plan: &TaskPlan, file: String) -> Vec<Row<'_>> {
+    let row = |signal, program, green, remark: &str| {
+        let (file, remark) = (file.clone(), remark.to_owned());
+        Row { plan, signal, program, green, file, remark }
+    };
+    if !plan.programs.is_empty() {
+        let mut rows = Vec::new();
+        for program in &plan.programs {
+            let remark = match program.kind {
+                ProgramKind::Actuated => {
+                    "SUMO prolongs greens from green_s up to max_green_s while vehicles follow closely"
+                }
+                _ => "",
+            };
+            let greens: Vec<_> = greens(program).into_iter().enumerate().map(Some).collect();
+            let greens = if greens.is_empty() { vec![None] } else { greens };
+            let of = |green| row(program.signal.as_str(), Some(program), green, remark);
+            rows.extend(greens.into_iter().map(of));
         }
-        let phases = |(signal, phases): &(String, String)| {
-            none(signal, format!("decides every second; {phases}"))
-        };
-        return plan.phases.iter().map(phases).collect();
+        return rows;
     }
-    let mut all = Vec::new();
-    for program in &plan.programs {
-        let kind = match (program.own, program.kind) {
-            (true, ProgramKind::Static) => "the network's own",
-            (true, _) => "the network's own, not fixed",
-            (false, kind) => kind.name(),
-        };
-        let remark = match program.kind {
-            ProgramKind::Actuated => {
-                "SUMO prolongs greens from green_s up to max_green_s while vehicles follow closely"
-            }
-            _ => "",
-        };
-        let greens = greens(program);
-        if greens.is_empty() {
-            let mut cells: [String; 12] = std::array::from_fn(|_| empty());
-            (cells[0], cells[1]) = (program.signal.clone(), kind.to_owned());
-            (cells[10], cells[11]) = (file.to_owned(), remark.to_owned());
-            all.push(row(cells));
-        }
-        let total_s: f64 = program.phases.iter().map(|p| p.duration_s).sum();
-        let fixed = program.kind == ProgramKind::Static;
-        for (i, green) in greens.into_iter().enumerate() {
-            all.push(row([
-                program.signal.clone(),
-                kind.to_owned(),
-                (i + 1).to_string(),
-                green.state,
-                green.green_s.to_string(),
-                number(green.max_s),
-                green.yellow_s.to_string(),
-                green.all_red_s.to_string(),
-                number(Some(total_s).filter(|_| fixed)),
-                number(Some(program.offset_s).filter(|_| fixed && !program.own)),
-                file.to_owned(),
-                remark.to_owned(),
-            ]));
-        }
+    if plan.phases.is_empty() {
+        return vec![row("", None, None, "its record has no program")];
     }
-    all
+    let decides = |phases: &str| format!("decides every second; {phases}");
+    let phases = plan.phases.iter();
+    phases.map(|(signal, phases)| row(signal, None, None, &decides(phases))).collect()
 }

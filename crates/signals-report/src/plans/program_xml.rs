@@ -104,11 +104,4 @@ mod tests {
         let text = comment(&lines);
         assert_eq!(text, "<!--\n    a- - -b\n    - - - -\n    - - ->\n    -\n-->\n");
     }
-
-    #[test]
-    fn the_network_s_own_program_is_left_to_the_network() {
-        assert_eq!(additional("baseline", &[program(true)], false, &[]), None);
-        assert!(additional("baseline", &[program(true)], true, &[]).is_some());
-        assert_eq!(additional("baseline", &[], true, &[]), None);
-    }
 }

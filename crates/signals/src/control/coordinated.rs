@@ -33,7 +33,7 @@ use super::fixed_time::{OWN, PLAN, SIMULATIONS, budget};
 use super::phase_sets::covering;
 use super::streets::{Stop, Street, streets};
 use super::webster::{Constants, greens, split};
-use super::{ControlError, Controller, Drive, EpisodeOutcome, Light, Setup, SignalSpec, Trainer};
+use super::{ControlError, Controller, Drive, Light, Setup, SignalSpec, Trainer};
 use crate::program::{ProgramPhase, RingStages};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::settings;
@@ -135,19 +135,28 @@ impl Controller for Coordinated {
                 "no vehicle that goes straight on comes from one signal to another, so there is nothing to coordinate; run nema",
             ));
         }
-        let none = || vec![None; signals.len()];
-        let plans = self.plans.clone().unwrap_or_else(none);
-        Ok(plans.iter().enumerate().map(|(i, plan)| self.drive(i, plan.as_ref())).collect())
+        let plan = |signal: usize| self.plans.as_ref().and_then(|plans| plans[signal].as_ref());
+        Ok((0..signals.len()).map(|signal| self.drive(signal, plan(signal))).collect())
     }
 
     fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
-        let first = self.run(trainer)?;
-        self.weights = weights(&self.signals, &self.streets, &first.lane_flow_vph);
+        let flow_vph = trainer.episode(self, SEED)?.lane_flow_vph;
+        self.used += 1;
+        // Those counted on the lanes of its movements, the mean over its stop lines.
+        let weight = |street: &Street| {
+            let lanes = |stop: &Stop| &self.signals[stop.signal].movements[stop.movement].lanes;
+            let at = |stop: &Stop| -> f64 {
+                lanes(stop).iter().map(|lane| flow_vph[stop.signal][*lane]).sum()
+            };
+            street.iter().map(at).sum::<f64>() / street.len() as f64
+        };
+        self.weights = self.streets.iter().map(weight).collect();
         let most = budget(self.config.simulations, self.signals.len() as u32) as usize - 1;
         let mut best: Option<(f64, Plans)> = None;
-        for plans in self.candidates(&first.lane_flow_vph).into_iter().take(most) {
+        for plans in self.candidates(&flow_vph).into_iter().take(most) {
             self.plans = Some(plans.clone());
-            let delay_s = self.run(trainer)?.delay_s;
+            let delay_s = trainer.episode(self, SEED)?.delay_s;
+            self.used += 1;
             if best.as_ref().is_none_or(|(least_s, _)| delay_s < *least_s) {
                 best = Some((delay_s, plans));
             }
@@ -160,7 +169,16 @@ impl Controller for Coordinated {
     fn details(&self) -> BTreeMap<String, String> {
         let mut details = BTreeMap::from([(SIMULATIONS.to_owned(), self.used.to_string())]);
         for (signal, plan) in self.signals.iter().zip(self.plans.iter().flatten()) {
-            let text = plan.as_ref().map_or_else(|| OWN.to_owned(), |plan| plan.describe(signal));
+            let text = plan.as_ref().map_or_else(
+                || OWN.to_owned(),
+                |Timed { phases, greens_s, offset_s, cycle_s }| {
+                    let state = |phase: &usize| &signal.phases[*phase].state;
+                    let greens = phases.iter().map(state).zip(greens_s);
+                    let greens: Vec<_> =
+                        greens.map(|(state, s)| format!("{state} {s} s")).collect();
+                    format!("cycle {cycle_s} s, offset {offset_s} s: {}", greens.join(", "))
+                },
+            );
             details.insert(format!("{PLAN}{}", signal.id), text);
         }
         details
@@ -188,7 +206,7 @@ impl Coordinated {
     /// Returns the stage with the longest green of the busiest street at a signal.
     fn coordinated_stage(&self, signal: usize, plan: &Timed) -> usize {
         let stops = self.streets.iter().zip(&self.weights).flat_map(|(street, weight)| {
-            let here = street.stops.iter().filter(|stop| stop.signal == signal);
+            let here = street.iter().filter(|stop| stop.signal == signal);
             here.map(move |stop| (*weight, stop.movement))
         });
         let busiest = stops.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, movement)| movement);
@@ -200,11 +218,6 @@ impl Coordinated {
         (0..plan.phases.len()).rev().filter(serves).max_by(longest).unwrap_or_default()
     }
 
-    fn run(&mut self, trainer: &mut dyn Trainer) -> Result<EpisodeOutcome, ControlError> {
-        self.used += 1;
-        trainer.episode(self, SEED)
-    }
-
     /// Returns plans with offsets, those of Webster's cycles first.
     fn candidates(&self, flow_vph: &[Vec<f64>]) -> Vec<Plans> {
         let Config { lost_time_s, saturation_flow_vph, .. } = self.config;
@@ -214,16 +227,14 @@ impl Coordinated {
         busiest.sort_by(|a, b| self.weights[*b].total_cmp(&self.weights[*a]));
         let mut found: Vec<(u32, Plans)> = Vec::new();
         for round in 0..sets.iter().map(Vec::len).max().unwrap_or(0) {
-            let chosen: Vec<&Vec<usize>> =
-                sets.iter().map(|sets| &sets[round.min(sets.len() - 1)]).collect();
-            let each = || self.signals.iter().zip(&chosen).zip(flow_vph);
-            let natural_s = each()
-                .filter(|((spec, _), _)| spec.phases.len() > 1)
-                .map(|((spec, set), flow_vph)| {
-                    let greens = greens(spec, set, flow_vph, &constants);
-                    greens.iter().sum::<f64>() + spec.limits.lost_s(set)
-                })
-                .fold(0.0, f64::max);
+            let chosen = sets.iter().map(|sets| &sets[round.min(sets.len() - 1)]);
+            let each = || self.signals.iter().zip(chosen.clone()).zip(flow_vph);
+            let own_cycle_s = |((spec, set), flow_vph): ((&SignalSpec, &Vec<usize>), &Vec<f64>)| {
+                let greens = greens(spec, set, flow_vph, &constants);
+                greens.iter().sum::<f64>() + spec.limits.lost_s(set)
+            };
+            let decided = each().filter(|((spec, _), _)| spec.phases.len() > 1);
+            let natural_s = decided.map(own_cycle_s).fold(0.0, f64::max);
             let [low, natural, high] =
                 [CYCLES[0], 1.0, CYCLES[1]].map(|part| (natural_s * part).round() as u32);
             for cycle_s in std::iter::once(natural).chain((low..=high).step_by(CYCLE_STEP_S)) {
@@ -232,7 +243,7 @@ impl Coordinated {
                         return Some(None);
                     }
                     let greens_s = split(spec, set, flow_vph, &constants, f64::from(cycle_s));
-                    let plan = Timed { phases: (*set).clone(), greens_s, offset_s: 0, cycle_s };
+                    let plan = Timed { phases: set.clone(), greens_s, offset_s: 0, cycle_s };
                     plan.fits(spec).then_some(Some(plan))
                 });
                 let Some(splits) = splits.collect::<Option<Plans>>() else { continue };
@@ -253,19 +264,18 @@ impl Coordinated {
     fn progression(&self, mut plans: Plans, first: usize, busiest: &[usize]) -> Plans {
         let mut known = vec![false; plans.len()];
         for street in std::iter::once(&first).chain(busiest) {
-            let stops = &self.streets[*street].stops;
-            // When a vehicle passes the first stop line, for its green to begin.
+            let stops = &self.streets[*street];
             let begins_s =
                 |stop: &Stop, plan: &Timed| plan.begins_s(&self.signals[stop.signal], stop);
+            // When a vehicle passes the first stop line, for its green to begin.
             let shared = stops.iter().find(|stop| known[stop.signal]);
             let passes_s = shared.and_then(|stop| {
                 let plan = plans[stop.signal].as_ref()?;
                 Some(f64::from(plan.offset_s) + begins_s(stop, plan) - stop.after_s)
             });
-            for stop in
-                stops.iter().filter(|stop| !std::mem::replace(&mut known[stop.signal], true))
-            {
-                if let Some(plan) = &mut plans[stop.signal] {
+            for stop in stops {
+                let is_known = std::mem::replace(&mut known[stop.signal], true);
+                if let Some(plan) = plans[stop.signal].as_mut().filter(|_| !is_known) {
                     let offset_s =
                         passes_s.unwrap_or_default() + stop.after_s - begins_s(stop, plan);
                     plan.offset_s = offset_s.round().rem_euclid(f64::from(plan.cycle_s)) as u32;
@@ -314,26 +324,6 @@ impl Timed {
             |i: usize| spec.limits.change_s[self.phases[i]][self.phases[(i + 1) % count]];
         (0..first).map(|i| self.greens_s[i] + change_s(i)).sum()
     }
-
-    /// Returns it in words.
-    fn describe(&self, spec: &SignalSpec) -> String {
-        let greens = self.phases.iter().zip(&self.greens_s);
-        let greens: Vec<String> =
-            greens.map(|(p, green_s)| format!("{} {green_s} s", spec.phases[*p].state)).collect();
-        let (cycle_s, offset_s) = (self.cycle_s, self.offset_s);
-        format!("cycle {cycle_s} s, offset {offset_s} s: {}", greens.join(", "))
-    }
-}
-
-/// Returns the vehicles per hour of every street: the mean over its stop lines of those counted on the lanes of its movement.
-fn weights(signals: &[SignalSpec], streets: &[Street], flow_vph: &[Vec<f64>]) -> Vec<f64> {
-    let at = |stop: &Stop| -> f64 {
-        let lanes = &signals[stop.signal].movements[stop.movement].lanes;
-        lanes.iter().map(|lane| flow_vph[stop.signal][*lane]).sum()
-    };
-    let mean =
-        |street: &Street| street.stops.iter().map(at).sum::<f64>() / street.stops.len() as f64;
-    streets.iter().map(mean).collect()
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use osm_signals::angle::mirrored_deg;
 
 use super::derive::DerivedSignal;
 use crate::control::SignalSpec;
-use crate::control::streets::{Street, streets};
+use crate::control::streets::{Stop, streets};
 use crate::sim::{Scene, Snapshot};
 use crate::street_results::{StreetEpisode, StreetResult, StreetStop};
 
@@ -26,7 +26,7 @@ const HALT_MPS: f64 = 0.1;
 const DIRECTIONS: [&str; 4] = ["NB", "EB", "SB", "WB"];
 
 /// A vehicle on its way along a street.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct UnderWay {
     since_s: f64,
     /// Distance to the first stop line when it was first seen, metres.
@@ -55,10 +55,8 @@ impl Along {
     /// Returns a collection for an episode; `None` where no street has two signals.
     pub(super) fn new(scene: &Scene, signals: &[DerivedSignal], side: DrivingSide) -> Option<Self> {
         let specs: Vec<SignalSpec> = signals.iter().map(|signal| signal.spec.clone()).collect();
-        let found = streets(&specs);
-        let of_lane = vec![Vec::new(); scene.lanes.len()];
-        let mut along = Self { of_lane, ..Self::default() };
-        for (street, Street { stops }) in found.iter().enumerate() {
+        let mut along = Self { of_lane: vec![Vec::new(); scene.lanes.len()], ..Self::default() };
+        for (street, stops) in streets(&specs).iter().enumerate() {
             for (place, stop) in stops.iter().enumerate() {
                 for lane in &signals[stop.signal].lanes {
                     along.of_lane[*lane].push((street, place));
@@ -71,16 +69,15 @@ impl Along {
                 if side.is_right() { lane.heading_deg } else { mirrored_deg(lane.heading_deg) };
             let quarter = (heading_deg / 90.0).round().rem_euclid(4.0) as usize;
             along.first_mps.push(lane.speed_mps.max(HALT_MPS));
+            let result = |stop: &Stop| StreetStop {
+                signal: specs[stop.signal].id.clone(),
+                links: signals[stop.signal].movement_links[stop.movement].clone(),
+                at_m: stop.at_m,
+                after_s: stop.after_s,
+            };
             along.streets.push(StreetResult {
                 direction: DIRECTIONS[quarter].to_owned(),
-                stops: (stops.iter())
-                    .map(|stop| StreetStop {
-                        signal: specs[stop.signal].id.clone(),
-                        links: signals[stop.signal].movement_links[stop.movement].clone(),
-                        at_m: stop.at_m,
-                        after_s: stop.after_s,
-                    })
-                    .collect(),
+                stops: stops.iter().map(result).collect(),
                 episodes: vec![StreetEpisode::default()],
             });
         }
@@ -92,44 +89,36 @@ impl Along {
         self.round += 1;
         for vehicle in &snapshot.vehicles {
             for &(street, stop) in &self.of_lane[vehicle.lane as usize] {
+                let known = self.under_way.get(&(vehicle.vehicle, street)).copied();
                 let links = &self.streets[street].stops[stop].links;
-                let halted = vehicle.speed_mps < HALT_MPS;
-                let known = self.under_way.get(&(vehicle.vehicle, street));
                 let is_on = match vehicle.link {
                     Some(link) => links.contains(&(link as usize)),
                     // It has to change lanes first.
                     None => known.is_some_and(|known| known.stop == stop),
                 };
-                let first = UnderWay {
-                    since_s: time_s,
-                    before_m: vehicle.distance_m,
-                    stop,
-                    halts: 0,
-                    halted: false,
-                    round: 0,
-                };
-                let Some(known) = known.copied().or((stop == 0).then_some(first)) else { continue };
-                if is_on {
+                let before_m = vehicle.distance_m;
+                let first = || UnderWay { since_s: time_s, before_m, ..UnderWay::default() };
+                let known = known.or_else(|| (stop == 0).then(first));
+                if let Some(known) = known.filter(|_| is_on) {
+                    let halted = vehicle.speed_mps < HALT_MPS;
                     let halts = known.halts + u32::from(halted && !known.halted);
                     let known = UnderWay { stop, halts, halted, round: self.round, ..known };
                     self.under_way.insert((vehicle.vehicle, street), known);
                 }
             }
         }
-        let (streets, first_mps, round) = (&mut self.streets, &self.first_mps, self.round);
         self.under_way.retain(|(_, street), known| {
-            let StreetResult { stops, episodes, .. } = &mut streets[*street];
-            if known.round == round || known.stop + 1 < stops.len() {
-                return true;
+            let StreetResult { stops, episodes, .. } = &mut self.streets[*street];
+            let is_over = known.round != self.round && known.stop + 1 == stops.len();
+            if is_over {
+                let travel_s = time_s - known.since_s;
+                let free_s = known.before_m / self.first_mps[*street] + stops[known.stop].after_s;
+                episodes[0].vehicles += 1;
+                episodes[0].travel_s += travel_s;
+                episodes[0].delay_s += travel_s - free_s;
+                episodes[0].stops += f64::from(known.halts);
             }
-            let travel_s = time_s - known.since_s;
-            let free_s = known.before_m / first_mps[*street] + stops[known.stop].after_s;
-            let sum = &mut episodes[0];
-            sum.vehicles += 1;
-            sum.travel_s += travel_s;
-            sum.delay_s += travel_s - free_s;
-            sum.stops += f64::from(known.halts);
-            false
+            !is_over
         });
     }
 

@@ -140,18 +140,4 @@ mod tests {
         let found = named(&lanes, &["GGrrr", "GrGGG"]);
         assert_eq!(found, (Naming::Extended, vec![vec![6, 8], vec![3, 9, 11]]));
     }
-
-    #[test]
-    fn greens_that_only_pedestrians_tell_apart_are_one() {
-        let found = named(&LANES, &["GgGgr", "rGrGr", "GgGgG"]);
-        assert_eq!(found, (Naming::Main, vec![vec![1, 7], vec![2, 8]]));
-    }
-
-    #[test]
-    fn a_phase_does_not_count_a_lane_that_it_does_not_serve() {
-        // Straight on from the first lane only, then from both.
-        let lanes = [("n_0", 0.0, "s"), ("n_1", 0.0, "s"), ("e_0", 90.0, "s")];
-        let found = named(&lanes, &["Grr", "GGr", "rrG"]);
-        assert_eq!(found, (Naming::Main, vec![vec![7], vec![7, 13], vec![10]]));
-    }
 }

@@ -357,8 +357,8 @@ impl<S: Sim> SignalEnv<S> {
                 Drive::CoordinatedRings(config, stages) => {
                     let told = (config, stages);
                     match DualRing::coordinated(&self.scene, info, signal, told, self.time_s) {
-                        Ok(rings) => (Some(rings), None),
-                        Err(_) => {
+                        Some(rings) => (Some(rings), None),
+                        None => {
                             let cycle = cycle_of(stages, &signal.timing);
                             (None, Some(Drive::Recorded(cycle, stages.offset_s.into())))
                         }
@@ -370,7 +370,7 @@ impl<S: Sim> SignalEnv<S> {
             self.cabinets[i] = (*drive == Drive::Decisions)
                 .then(|| Cabinet::new(signal, self.signal_settings.yellow_time_s));
             let installed = match (&self.cabinets[i], drive) {
-                (Some(cabinet), _) => Some(cabinet.program().clone()),
+                (Some(cabinet), _) => Some(cabinet.table.program.clone()),
                 (None, Drive::Existing) => {
                     existing_cycle(self.world.existing(info)?, &self.scene, info)?
                 }
@@ -400,7 +400,7 @@ impl<S: Sim> SignalEnv<S> {
                     _ => rings,
                 };
             if let Some(cabinet) = &self.cabinets[i] {
-                self.shown[i].clone_from(&cabinet.program().phases[0].state);
+                self.shown[i].clone_from(&cabinet.table.program.phases[0].state);
             }
             if let Some(rings) = rings {
                 rings.shown().clone_into(&mut self.shown[i]);
@@ -478,7 +478,7 @@ impl<S: Sim> SignalEnv<S> {
             {
                 *request = cabinet.as_mut().and_then(Cabinet::due);
                 if let (Some(phase), Some(cabinet)) = (&request, cabinet) {
-                    self.shown[i].clone_from(&cabinet.program().phases[*phase as usize].state);
+                    self.shown[i].clone_from(&cabinet.table.program.phases[*phase as usize].state);
                 }
             }
             if self.request.iter().any(Option::is_some) {
@@ -624,7 +624,7 @@ impl<S: Sim> SignalEnv<S> {
         self.observer.update(&self.snapshot);
         for (i, signal) in self.signals.iter().enumerate() {
             let phase = match &self.cabinets[i] {
-                Some(cabinet) => cabinet.phase().0,
+                Some(cabinet) => cabinet.phase.0,
                 None if signal.has_one_green() => 0,
                 None => self.snapshot.phases[i] as usize,
             };

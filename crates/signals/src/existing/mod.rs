@@ -22,6 +22,7 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
+use crate::timing::Change;
 pub use table::read;
 
 /// Most rings.
@@ -34,7 +35,7 @@ const STEP_S: f64 = 1.0;
 const CYCLE_SLACK_S: f64 = 0.55;
 
 /// Highest number of a phase, a barrier or a position.
-const MOST_NUMBER: u32 = 99;
+const MOST_NUMBER: f64 = 99.0;
 
 /// Shortest yellow of a phase of which something ends, and the longest, seconds.
 const YELLOW_S: [f64; 2] = [1.0, 10.0];
@@ -49,16 +50,6 @@ pub enum Control {
     Actuated,
     /// The same within a cycle: the coordinated phases are green until their split is over, and get what others leave.
     Coordinated,
-}
-
-impl Control {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Pretimed, Self::Actuated, Self::Coordinated];
-
-    /// Returns the name in tables.
-    pub fn name(self) -> &'static str {
-        ["pretimed", "actuated", "coordinated"][self as usize]
-    }
 }
 
 /// What a phase is served for without a vehicle.
@@ -79,11 +70,6 @@ pub enum Recall {
 impl Recall {
     /// All of them, in the order of UTDF's numbers.
     pub const ALL: [Self; 4] = [Self::None, Self::Min, Self::Ped, Self::Max];
-
-    /// Returns the name in tables.
-    pub fn name(self) -> &'static str {
-        ["none", "min", "ped", "max"][self as usize]
-    }
 }
 
 /// A phase of an existing plan; times in seconds.
@@ -237,40 +223,31 @@ impl ExistingPlan {
         if self.phases.iter().all(|p| p.all_movements().next().is_none()) {
             return Err("no phase has a movement; give movements such as NBT NBR".to_owned());
         }
-        within("the cycle is", self.cycle_s.unwrap_or(2.0), 2.0..=3600.0)?;
+        within("cycle_s", self.cycle_s.unwrap_or(2.0), 2.0..=3600.0)?;
         let most_s = self.cycle_s.unwrap_or(3600.0);
-        within("the offset is", self.offset_s.unwrap_or_default(), -most_s..=most_s)?;
-        let (mut numbers, mut places) = (BTreeSet::new(), BTreeMap::new());
+        within("offset_s", self.offset_s.unwrap_or_default(), -most_s..=most_s)?;
+        let (mut numbers, mut places) = (BTreeSet::new(), BTreeSet::new());
         for phase in &self.phases {
             let PlanPhase { number, ring, barrier, position, .. } = *phase;
             let [walk_s, clearance_s] = phase.walk_s.unwrap_or_default();
             for (what, value, range) in [
-                ("yellow", phase.yellow_s, 0.0..=YELLOW_S[1]),
-                ("green", phase.max_green_s, 0.1..=900.0),
-                ("shortest green", phase.min_green_s, 0.0..=600.0),
-                ("passage time", phase.passage_s, 0.0..=60.0),
-                ("all-red", phase.all_red_s, 0.0..=20.0),
-                ("walk", walk_s, 0.0..=240.0),
-                ("pedestrian clearance", clearance_s, 0.0..=240.0),
+                ("phase", number.into(), 1.0..=MOST_NUMBER),
+                ("ring", ring.into(), 1.0..=RINGS.into()),
+                ("barrier", barrier.into(), 1.0..=MOST_NUMBER),
+                ("position", position.into(), 1.0..=MOST_NUMBER),
+                ("yellow_s", phase.yellow_s, 0.0..=YELLOW_S[1]),
+                ("max_green_s", phase.max_green_s, 0.1..=900.0),
+                ("min_green_s", phase.min_green_s, 0.0..=600.0),
+                ("passage_s", phase.passage_s, 0.0..=60.0),
+                ("all_red_s", phase.all_red_s, 0.0..=20.0),
+                ("walk_s", walk_s, 0.0..=240.0),
+                ("clearance_s", clearance_s, 0.0..=240.0),
             ] {
-                within(&format!("phase {number} has a {what} of"), value, range)?;
+                within(&format!("phase {number}: {what}"), value, range)?;
             }
-            if !numbers.insert(number) {
-                return Err(format!("phase {number} stands twice; give each phase one number"));
-            }
-            if [number, barrier, position].iter().any(|n| !(1..=MOST_NUMBER).contains(n)) {
+            if !numbers.insert(number) || !places.insert((barrier, ring, position)) {
                 return Err(format!(
-                    "phase {number} has barrier {barrier} and position {position}; expected numbers from 1 to {MOST_NUMBER}"
-                ));
-            }
-            if !(1..=RINGS).contains(&ring) {
-                return Err(format!(
-                    "phase {number} is in ring {ring}; plans of one or two rings can be shown"
-                ));
-            }
-            if let Some(other) = places.insert((barrier, ring, position), number) {
-                return Err(format!(
-                    "phases {other} and {number} have the same barrier, ring and position; give each its own"
+                    "phase {number} has the number, or barrier, ring and position, of a phase before it; give it its own"
                 ));
             }
             if phase.min_green_s > phase.max_green_s && self.control != Control::Pretimed {
@@ -326,27 +303,19 @@ impl ExistingPlan {
 
     /// Checks that the reference phases can hold the green, one per ring, and that the splits make the cycle.
     fn check_cycle(&self, numbers: &BTreeSet<u32>) -> Result<(), String> {
-        let is_coordinated = self.control == Control::Coordinated;
-        let held = self.coordinated();
-        let is_pair = held.len() < 2 || self.phases[held[0]].ring != self.phases[held[1]].ring;
-        let listed = |numbers: &mut dyn Iterator<Item = &u32>| {
-            numbers.map(u32::to_string).collect::<Vec<_>>().join(" and ")
-        };
-        let reference = listed(&mut self.reference.iter());
         if let Some(unknown) = self.reference.iter().find(|number| !numbers.contains(number)) {
-            let known = listed(&mut numbers.iter());
+            let known: Vec<String> = numbers.iter().map(u32::to_string).collect();
+            let known = known.join(", ");
             return Err(format!(
                 "reference phase {unknown} is none of the phases ({known}); correct the reference"
             ));
         }
-        if self.reference.len() > 2 || is_coordinated && !is_pair {
-            return Err(format!("reference phases {reference} are in one ring; give one per ring"));
-        }
-        if is_coordinated && held.is_empty() {
-            return Err(
-                "control is coordinated, but no reference phase says which phases hold the green; give them, such as 2 6"
-                    .to_owned(),
-            );
+        let is_coordinated = self.control == Control::Coordinated;
+        let rings: Vec<u32> = self.coordinated().iter().map(|p| self.phases[*p].ring).collect();
+        let is_held = matches!(rings[..], [_]) || matches!(rings[..], [a, b] if a != b);
+        if self.reference.len() > 2 || is_coordinated && !is_held {
+            return Err("give the phases that hold the green of a coordinated plan as reference, one per ring, such as 2 6"
+                .to_owned());
         }
         let sum_s = self.sum_s();
         match self.cycle_s {
@@ -365,31 +334,32 @@ impl ExistingPlan {
 
     /// Returns what of the plan is not as it looks.
     fn notes(&self, timed: &[Timed]) -> Vec<String> {
-        let cycle_s = self.cycle_s.filter(|_| self.control == Control::Actuated);
+        let is_actuated = self.control == Control::Actuated;
         let unused = |s: f64| format!("the plan is actuated, so its cycle of {s} s has no effect");
+        let cycle_s = self.cycle_s.filter(|_| is_actuated);
         let mut notes: Vec<String> = cycle_s.map(unused).into_iter().collect();
         for (phase, timed) in self.phases.iter().zip(timed) {
-            let number = phase.number;
-            if phase.is_for_people() {
-                notes.push(match self.control {
-                    Control::Pretimed => format!(
-                        "phase {number} is for pedestrians alone: a fixed cycle keeps its time, but nobody walks in it, so do \
-                         not compare pedestrian_wait_s"
-                    ),
-                    _ => format!(
-                        "phase {number} is for pedestrians alone, and serves the crosswalks beside which no other phase has a \
-                         walk"
-                    ),
-                });
-            } else if phase.all_movements().next().is_none() {
-                notes.push(format!("phase {number} has no movement, and is green for nobody"));
+            let is_empty = phase.all_movements().next().is_none();
+            let note = match self.control {
+                _ if is_empty && phase.walk_s.is_none() => {
+                    "has no movement, and is green for nobody"
+                }
+                Control::Pretimed if is_empty => {
+                    "is for pedestrians alone: a fixed cycle keeps its time, but nobody walks in it, so do not compare \
+                     pedestrian_wait_s"
+                }
+                _ if is_empty => {
+                    "is for pedestrians alone, and serves the crosswalks beside which no other phase has a walk"
+                }
+                _ => "",
+            };
+            if is_empty {
+                notes.push(format!("phase {} {note}", phase.number));
             }
-            if self.control != Control::Actuated
-                && f64::from(timed.green_s) - phase.max_green_s > 1.5
-            {
+            if !is_actuated && f64::from(timed.green_s) - phase.max_green_s > 1.5 {
                 notes.push(format!(
-                    "phase {number} lasts {} s instead of {} s, until its ring meets the other one at the barrier",
-                    timed.green_s, phase.max_green_s
+                    "phase {} lasts {} s instead of {} s, until its ring meets the other one at the barrier",
+                    phase.number, timed.green_s, phase.max_green_s
                 ));
             }
         }
@@ -403,35 +373,39 @@ impl ExistingPlan {
     }
 }
 
-/// Checks that a number of seconds is within its limits.
+/// Checks that a value is within its limits.
 fn within(what: &str, value: f64, range: RangeInclusive<f64>) -> Result<(), String> {
-    if range.contains(&value) {
-        return Ok(());
-    }
-    Err(format!("{what} {value} s; expected {} to {} s", range.start(), range.end()))
+    let (low, high) = (range.start(), range.end());
+    let wrong = || format!("{what} = {value}: expected {low} to {high}");
+    if range.contains(&value) { Ok(()) } else { Err(wrong()) }
 }
 
 /// What makes a time that is a whole number but for rounding stay one, seconds.
 const ROUNDING_S: f64 = 1e-6;
 
 /// When a phase is green in a cycle of splits, seconds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Timed {
     /// From the beginning of the cycle.
     pub begin_s: u32,
     /// Green, until yellow.
     pub green_s: u32,
-    /// Yellow.
-    pub yellow_s: u32,
-    /// All-red.
-    pub all_red_s: u32,
+    /// What follows it.
+    pub change: Change,
+}
+
+impl Timed {
+    /// Returns green, yellow and all-red together.
+    pub fn split_s(self) -> u32 {
+        self.green_s + self.change.total_s()
+    }
 }
 
 /// Returns yellow and all-red in whole seconds: yellow is rounded up, and both together once.
-pub fn change_s(yellow_s: f64, all_red_s: f64) -> (u32, u32) {
+pub fn whole_change(yellow_s: f64, all_red_s: f64) -> Change {
     let up = |seconds: f64| (seconds - ROUNDING_S).ceil().max(0.0) as u32;
-    let yellow = up(yellow_s);
-    (yellow, up(yellow_s + all_red_s).saturating_sub(yellow))
+    let whole_s = up(yellow_s);
+    Change { yellow_s: whole_s, all_red_s: up(yellow_s + all_red_s).saturating_sub(whole_s) }
 }
 
 /// Returns the nearest whole second; a half is rounded up.
@@ -442,8 +416,7 @@ pub fn nearest_s(seconds: f64) -> u32 {
 /// Returns when every phase is green if each lasts its split, and the cycle, seconds. The last phase of a ring lasts until
 /// the barrier.
 pub fn schedule(plan: &ExistingPlan) -> (Vec<Timed>, u32) {
-    let nothing = Timed { begin_s: 0, green_s: 0, yellow_s: 0, all_red_s: 0 };
-    let mut timed = vec![nothing; plan.phases.len()];
+    let mut timed = vec![Timed::default(); plan.phases.len()];
     let mut side_begins_s = 0.0;
     for side in plan.sides() {
         let sum = |ring: &Vec<usize>| ring.iter().map(|i| plan.phases[*i].split_s()).sum::<f64>();
@@ -454,10 +427,10 @@ pub fn schedule(plan: &ExistingPlan) -> (Vec<Timed>, u32) {
                 let phase = &plan.phases[*index];
                 let is_last = place + 1 == ring.len();
                 let ends_s = if is_last { side_ends_s } else { begins_s + phase.split_s() };
-                let (yellow_s, all_red_s) = change_s(phase.yellow_s, phase.all_red_s);
+                let change = whole_change(phase.yellow_s, phase.all_red_s);
                 let (begin_s, end_s) = (nearest_s(begins_s), nearest_s(ends_s));
-                let green_s = (end_s - begin_s).saturating_sub(yellow_s + all_red_s);
-                timed[*index] = Timed { begin_s, green_s, yellow_s, all_red_s };
+                let green_s = (end_s - begin_s).saturating_sub(change.total_s());
+                timed[*index] = Timed { begin_s, green_s, change };
                 begins_s = ends_s;
             }
         }
@@ -563,16 +536,20 @@ mod tests {
     #[test]
     fn what_cannot_be_shown_is_said_with_the_way_out() {
         type Change<'a> = &'a dyn Fn(&mut ExistingPlan);
-        let cases: [(Change<'_>, &str); 8] = [
-            (&|p| p.phases[1].number = 1, "phase 1 stands twice"),
-            (&|p| p.phases[0].ring = 3, "phase 1 is in ring 3; plans of one or two rings"),
-            (&|p| p.phases[1].position = 1, "phases 1 and 2 have the same barrier, ring"),
+        let cases: [(Change<'_>, &str); 9] = [
+            (
+                &|p| p.phases[1].number = 1,
+                "phase 1 has the number, or barrier, ring and position, of",
+            ),
+            (&|p| p.phases[1].position = 1, "phase 2 has the number, or barrier, ring and"),
+            (&|p| p.phases[0].ring = 3, "phase 1: ring = 3: expected 1 to 2"),
             (&|p| p.phases[1].min_green_s = 30.0, "phase 2: the shortest green of 30 s is longer"),
             (
                 &|p| p.reference = vec![3],
-                "reference phase 3 is none of the phases (1 and 2 and 4 and 5",
+                "phase 3 is none of the phases (1, 2, 4, 5, 6, 8); correct",
             ),
-            (&|p| p.reference.clear(), "no reference phase says which phases hold the green"),
+            (&|p| p.reference.clear(), "give the phases that hold the green"),
+            (&|p| p.reference = vec![1, 2], "as reference, one per ring, such as 2 6"),
             (
                 &|p| p.cycle_s = Some(90.0),
                 "the cycle is 90 s, but the splits (longest green, yellow",
@@ -613,10 +590,6 @@ mod tests {
             p.phases[1].max_green_s = 27.9;
         });
         assert!(e.contains("phase 1 has a green of 0.1 s, and steps are of 1 s"), "{e}");
-        let mut actuated = plan(Control::Actuated);
-        (actuated.phases[1].min_green_s, actuated.phases[1].max_green_s) = (0.2, 0.4);
-        let e = actuated.check().unwrap_err();
-        assert!(e.contains("phase 2 has a green of 0.4 s, and steps are of 1 s"), "{e}");
         let mut plan = plan(Control::Pretimed);
         plan.phases[4].max_green_s = 15.0;
         let notes = plan.check().unwrap();
@@ -625,11 +598,12 @@ mod tests {
 
     #[test]
     fn yellow_is_rounded_up_and_both_together_once() {
-        assert_eq!(change_s(3.5, 1.0), (4, 1));
-        assert_eq!(change_s(3.6, 1.4), (4, 1));
-        assert_eq!(change_s(4.3, 1.2), (5, 1));
-        assert_eq!(change_s(3.0, 0.0), (3, 0));
-        assert_eq!(change_s(4.1, 1.1), (5, 1));
+        let of = |yellow_s, all_red_s| {
+            let Change { yellow_s, all_red_s } = whole_change(yellow_s, all_red_s);
+            (yellow_s, all_red_s)
+        };
+        assert_eq!([of(3.5, 1.0), of(3.6, 1.4), of(4.3, 1.2)], [(4, 1), (4, 1), (5, 1)]);
+        assert_eq!([of(3.0, 0.0), of(4.1, 1.1)], [(3, 0), (5, 1)]);
     }
 
     #[test]
@@ -639,14 +613,9 @@ mod tests {
         let of = |i: usize| (timed[i].begin_s, timed[i].green_s);
         assert_eq!([of(0), of(1), of(2)], [(0, 8), (13, 19), (37, 20)]);
         assert_eq!((of(3), of(4), of(5), cycle_s), (of(0), of(1), of(2), 62));
-    }
-
-    #[test]
-    fn the_last_phase_of_a_ring_lasts_until_the_barrier() {
-        let mut plan = plan(Control::Pretimed);
-        plan.phases.remove(3);
-        let (timed, _) = schedule(&plan);
-        // Phase 6 alone in ring 2: 37 s without its change of 5 s.
-        assert_eq!((timed[3].begin_s, timed[3].green_s), (0, 32));
+        let mut alone = plan(Control::Pretimed);
+        alone.phases.remove(3);
+        // Phase 6 alone in ring 2, until the barrier: 37 s without its change of 5 s.
+        assert_eq!((schedule(&alone).0[3].begin_s, schedule(&alone).0[3].green_s), (0, 32));
     }
 }

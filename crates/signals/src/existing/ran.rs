@@ -9,7 +9,7 @@ use super::{Control, ExistingPlan, PlanPhase, Recall, Timed, schedule};
 use crate::program::{ProgramKind, ProgramPhase, RingPhase, SignalProgram};
 use crate::settings::SignalSettings;
 use crate::timing::Timing;
-use crate::vocabulary::listed_before;
+use crate::vocabulary::listed;
 
 /// Gap between vehicles after which SUMO's actuated programs end a green, seconds (its default).
 const SUMO_GAP_S: f64 = 3.0;
@@ -96,15 +96,8 @@ pub fn of_program(
     }
     let of = |state: &str, letter: char| {
         let links = state.char_indices().filter(|(_, c)| *c == letter);
-        let mut found: Vec<String> = Vec::new();
         let of_links = links.filter_map(|(link, _)| names.get(&link));
-        for name in of_links.flat_map(|names| names.split_whitespace()) {
-            if !found.iter().any(|own| own == name) {
-                found.push(name.to_owned());
-            }
-        }
-        found.sort_by_key(|name| listed_before(name));
-        found
+        listed(of_links.flat_map(|names| names.split_whitespace()))
     };
     let phases: Vec<PlanPhase> = (1u32..)
         .zip(greens(program))
@@ -196,14 +189,6 @@ mod tests {
             [("rr", 1.0), ("Gr", 30.0), ("yr", 4.0), ("rr", 2.0), ("rG", 20.0), ("ry", 3.0)];
         let expected = [("Gr".to_owned(), [30.0, 4.0, 2.0]), ("rG".to_owned(), [20.0, 3.0, 1.0])];
         assert_eq!(found(&cycle), expected);
-    }
-
-    #[test]
-    fn a_single_green_and_none_at_all() {
-        assert_eq!(found(&[("GG", 90.0)]), [("GG".to_owned(), [90.0, 0.0, 0.0])]);
-        assert_eq!(found(&[("GG", 9.0), ("rr", 1.0)])[0].1, [9.0, 0.0, 1.0]);
-        assert_eq!(found(&[]), []);
-        assert_eq!(found(&[("rr", 9.0)]), []);
     }
 
     #[test]

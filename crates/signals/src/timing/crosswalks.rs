@@ -10,7 +10,7 @@
 use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 
-use super::{CROSSING_DEG, Timing, is_green, whole};
+use super::{CROSSING_DEG, Timing, Way, is_green, whole};
 use crate::needs::{Need, least_greens_s};
 use crate::vocabulary::DEFAULT_LANE_WIDTH_M;
 
@@ -61,25 +61,34 @@ impl Timing {
     /// Whether pedestrians can cross an approach beside what is shown: its crosswalk is open, somebody who does not turn
     /// right has green, and nobody who has green or yellow is in their way.
     pub fn serves_crossing(&self, shown: &str, approach: usize) -> bool {
-        let ways = |moves: fn(char) -> bool| {
-            let letters = shown.chars().enumerate().filter(move |(_, letter)| moves(*letter));
-            letters.flat_map(|(index, letter)| self.ways(index).map(move |way| (way, letter)))
-        };
         // Right turns alone stay green while a street changes.
-        let serves = ways(is_green).any(|(way, _)| way.turn != Turn::Right);
+        let mut green = self.moving(shown, is_green);
         let moves = |letter| is_green(letter) || matches!(letter, 'y' | 'Y' | 'u');
         self.is_open(approach)
-            && serves
-            && !ways(moves)
-                .any(|(way, letter)| self.is_in_the_way(way.approach, way.turn, letter, approach))
+            && green.any(|(way, _)| way.turn != Turn::Right)
+            && !self.is_met(self.moving(shown, moves), approach)
             && !self.is_left_only(shown)
     }
 
+    /// Returns the ways whose letters say that vehicles move, with these.
+    fn moving<'a>(
+        &'a self,
+        shown: &'a str,
+        moves: fn(char) -> bool,
+    ) -> impl Iterator<Item = (&'a Way, char)> {
+        let letters = shown.chars().enumerate().filter(move |(_, letter)| moves(*letter));
+        letters.flat_map(|(index, letter)| self.ways(index).map(move |way| (way, letter)))
+    }
+
+    /// Whether vehicles on some ways are in the way of those who cross an approach.
+    fn is_met<'a>(&self, mut ways: impl Iterator<Item = (&'a Way, char)>, crossed: usize) -> bool {
+        ways.any(|(way, letter)| self.is_in_the_way(way, letter, crossed))
+    }
+
     /// Whether vehicles of an approach that turn like this are in the way of those who cross another one.
-    pub(super) fn is_in_the_way(
+    fn is_in_the_way(
         &self,
-        from: usize,
-        turn: Turn,
+        &Way { approach: from, turn }: &Way,
         letter: char,
         crossed: usize,
     ) -> bool {
@@ -115,13 +124,8 @@ impl Timing {
         self.settings.max_green_s.map(|max| max.max(self.alone_s(green, true)))
     }
 
-    /// Returns the shortest time of a green without pedestrians, seconds, if what follows serves nothing of it.
-    pub fn vehicle_green_s(&self, green: &str) -> u32 {
-        self.alone_s(green, false)
-    }
-
-    /// Returns the shortest time of a green if what follows serves nothing of it, seconds.
-    fn alone_s(&self, green: &str, pedestrians: bool) -> u32 {
+    /// Returns the shortest time of a green with or without pedestrians, seconds, if what follows serves nothing of it.
+    pub fn alone_s(&self, green: &str, pedestrians: bool) -> u32 {
         let s = &self.settings;
         if !s.pedestrians {
             return if self.is_left_only(green) { s.min_left_green_s } else { s.min_green_s };
@@ -151,25 +155,23 @@ impl Timing {
             if turns_right_only { s.min_green_s } else { s.min_green_s.min(s.min_left_green_s) }
         };
         let mut needs: Vec<Need> = greens.iter().map(floor).enumerate().map(alone).collect();
-        let mut add = |served: Vec<bool>, least_s: u32, crossing: Option<usize>| {
-            if served.contains(&true) {
-                needs.push(Need { served, least_s, crossing });
-            }
+        let mut add = |least_s: u32, crossing: Option<usize>, serves: &dyn Fn(&str) -> bool| {
+            let served = greens.iter().map(|green| serves(green)).collect();
+            needs.push(Need { served, least_s, crossing });
         };
-        let of =
-            |serves: &dyn Fn(&str) -> bool| greens.iter().map(|g| serves(g)).collect::<Vec<_>>();
         for approach in approaches.clone() {
-            let ways = || self.links.iter().flatten().filter(|way| way.approach == approach);
-            let has_through = ways().any(|way| way.turn == Turn::Through);
+            let through = Way { approach, turn: Turn::Through };
+            let has_through = self.links.iter().flatten().any(|way| *way == through);
             // A stem's left turns are what its green is for.
             let left_s = if has_through { s.min_left_green_s } else { s.min_green_s };
-            add(of(&|green| serves(green, approach, Turn::Through)), s.min_green_s, None);
-            add(of(&|green| serves(green, approach, Turn::Left)), left_s, None);
+            add(s.min_green_s, None, &|green| serves(green, approach, Turn::Through));
+            add(left_s, None, &|green| serves(green, approach, Turn::Left));
         }
         for approach in approaches {
-            let served = of(&|green| self.serves_crossing(green, approach));
-            add(served, self.crossing_s(approach), Some(approach));
+            let least_s = self.crossing_s(approach);
+            add(least_s, Some(approach), &|green| self.serves_crossing(green, approach));
         }
+        needs.retain(|need| need.served.contains(&true));
         needs
     }
 
@@ -280,16 +282,9 @@ impl Timing {
     /// Returns the time from the begin of a phase until somebody who is in the way of a crosswalk gets green, seconds.
     fn room_s(&self, phases: &[(&str, f64)], begin: usize, crossing: usize) -> f64 {
         let cycle = (begin..begin + phases.len()).map(|phase| phases[phase % phases.len()]);
-        let free = cycle.take_while(|(state, _)| !self.is_crossed(state, crossing));
+        let free =
+            cycle.take_while(|(state, _)| !self.is_met(self.moving(state, is_green), crossing));
         free.map(|(_, seconds)| seconds).sum()
-    }
-
-    /// Whether somebody has green who is in the way of a crosswalk.
-    fn is_crossed(&self, shown: &str, crossing: usize) -> bool {
-        let greens = shown.chars().enumerate().filter(|(_, letter)| is_green(*letter));
-        let mut ways =
-            greens.flat_map(|(index, letter)| self.ways(index).map(move |way| (way, letter)));
-        ways.any(|(way, letter)| self.is_in_the_way(way.approach, way.turn, letter, crossing))
     }
 }
 
@@ -327,7 +322,6 @@ mod tests {
         // Without an arrow both stages serve that crosswalk: 10 + 4 + 1 + 5 s are enough.
         let permissive = ["GgrrGG", "GgGrrr", "rrGGrr"];
         assert_eq!(timing.least_greens_s(&permissive), [9, 5, 19]);
-        assert_eq!(tee(&SignalSettings::default()).least_greens_s(&TEE), [7, 7, 7]);
     }
 
     #[test]
@@ -386,30 +380,6 @@ mod tests {
         assert!(!timing.serves_crossing("rrGGrr", 0) && timing.serves_crossing(nema, 1));
         let count = timing.needs(&["GgrrGG", "rrGGrr"]);
         assert_eq!(count.iter().filter(|need| need.crossing.is_some()).count(), 2);
-    }
-
-    #[test]
-    fn lanes_of_unknown_width_are_as_wide_as_the_settings_say() {
-        let settings = SignalSettings { lane_width_m: Some(3.66), ..field() };
-        // 7 + 14.64 / 1.067.
-        assert_eq!(cross(&settings).crossing_s(0), 21);
-        assert_eq!(cross(&field()).crossing_s(0), 19);
-        let mut known = cross(&settings);
-        known.approaches[0].plain_lanes = 0;
-        assert_eq!(known.crossing_s(0), 19);
-    }
-
-    #[test]
-    fn without_a_call_vehicles_decide_and_the_longest_green_has_room_for_one() {
-        let settings = SignalSettings { pedestrian_calls_per_h: Some(10.0), ..field() };
-        let timing = cross(&SignalSettings { max_green_s: Some(18), ..settings });
-        assert_eq!((timing.min_green_s(THROUGH), timing.min_green_s(LEFT)), (7, 5));
-        assert_eq!(timing.max_green_s(THROUGH), Some(19));
-        assert_eq!(
-            timing.least_greens_s(&[THROUGH, OTHER]),
-            [19, 19],
-            "a fixed cycle lets all cross"
-        );
     }
 
     /// Green for the north, yellow and red but for its right turn.

@@ -94,13 +94,13 @@ impl Utdf {
 
     /// Checks that what makes intersections is there.
     fn complete(&self) -> Result<(), FamilyError> {
-        let missing = self.tables.missing();
-        if missing.is_empty() {
-            return Ok(());
+        let Tables { nodes, links, lanes, .. } = &self.tables;
+        if nodes.is_empty() || links.0.is_empty() || lanes.0.is_empty() {
+            let message =
+                "no [Nodes], [Links] or [Lanes]; export the network again with all sections";
+            return Err(self.wrong(Fault::new(START, message)));
         }
-        let message =
-            format!("no {}; export the network again with all sections", missing.join(" and no "));
-        Err(self.wrong(Fault::new(START, message)))
+        Ok(())
     }
 }
 

@@ -15,35 +15,19 @@ use sheet::Fault;
 use super::Utdf;
 use super::streets::{HALF_WALK, Stop};
 use super::tables::Cell;
-use crate::existing::{Control, ExistingPlan, NamedPlan, PlanPhase, Recall};
+use crate::existing::table::{EXTENSION_S, SHORT_GREEN_S};
+use crate::existing::{Control, ExistingPlan, PlanPhase, Recall};
 use crate::family::doubts::Said;
 use crate::vocabulary::Heading;
 
-/// Records of lane groups with a phase, and whether the movement yields in it.
-pub(super) const OF_LANES: [(&str, bool); 8] = [
-    ("phase1", false),
-    ("phase2", false),
-    ("phase3", false),
-    ("phase4", false),
-    ("permphase1", true),
-    ("permphase2", true),
-    ("permphase3", true),
-    ("permphase4", true),
-];
-
-/// Records of `[Phases]` and `[Timeplans]`, and the phases of lane groups, that are read, in lower case.
-pub(super) const READ: [&str; 17] = [
-    "brp", "mingreen", "maxgreen", "vehext", "yellow", "allred", "recall", "walk", "dontwalk",
-    "dualentry", "inhibitmax", "control type", "cycle length", "offset", "referenced to",
-    "reference phase", "node 0",
-];
+/// Records of lane groups with a phase, which end in a number, and whether the movement yields in it.
+const OF_LANES: [(&str, bool); 2] = [("phase", false), ("permphase", true)];
 
 /// Yellow and all-red where neither the phase nor the network says them, seconds.
 const DEFAULT_CHANGE_S: [f64; 2] = [4.0, 1.0];
 
-/// Shortest green and passage time where a phase has none, seconds.
-const DEFAULT_GREEN_S: f64 = 5.0;
-const DEFAULT_PASSAGE_S: f64 = 3.0;
+/// Most phases of a movement with and without the right of way.
+pub(super) const MOST_OF_MOVEMENT: usize = 4;
 
 /// Column of the phases that are for pedestrians alone.
 pub(super) const PEOPLE: &str = "PED";
@@ -136,7 +120,7 @@ impl Utdf {
             }
         };
         let or_network = |name: &str, of_network: &str, otherwise: f64| {
-            let otherwise = || self.tables.of_network(of_network).unwrap_or(otherwise);
+            let otherwise = || self.tables.network.get(of_network).copied().unwrap_or(otherwise);
             Ok::<_, Fault>(value(name)?.unwrap_or_else(otherwise))
         };
         let flag = |name: &str| Ok::<_, Fault>(value(name)?.is_some_and(|flag| flag != 0.0));
@@ -147,9 +131,9 @@ impl Utdf {
             position,
             movements: Vec::new(),
             yielding: Vec::new(),
-            min_green_s: value("mingreen")?.unwrap_or(DEFAULT_GREEN_S.min(max_green_s)),
+            min_green_s: value("mingreen")?.unwrap_or(SHORT_GREEN_S.min(max_green_s)),
             max_green_s,
-            passage_s: value("vehext")?.unwrap_or(DEFAULT_PASSAGE_S),
+            passage_s: value("vehext")?.unwrap_or(EXTENSION_S),
             yellow_s: or_network("yellow", "yellowtime", DEFAULT_CHANGE_S[0])?,
             all_red_s: or_network("allred", "allredtime", DEFAULT_CHANGE_S[1])?,
             walk_s,
@@ -162,7 +146,9 @@ impl Utdf {
     /// Gives phases their movements, or says why they cannot have them.
     fn give_movements(&self, id: &str, names: &Names, plan: &mut ExistingPlan) -> Result<(), Stop> {
         let mut of_people = Vec::new();
-        for (record, yields) in OF_LANES {
+        let kinds = OF_LANES.iter().flat_map(|kind| (1..=MOST_OF_MOVEMENT).map(move |n| (kind, n)));
+        for ((kind, yields), n) in kinds {
+            let record = &format!("{kind}{n}");
             for (column, cell) in self.tables.lanes.row(record, id) {
                 if column == PEOPLE {
                     of_people.push(cell.number(record)?);
@@ -181,7 +167,7 @@ impl Utdf {
                 };
                 let name = format!("{heading}{}", turn.letter());
                 if !phase.all_movements().any(|known| *known == name) {
-                    let names = if yields { &mut phase.yielding } else { &mut phase.movements };
+                    let names = if *yields { &mut phase.yielding } else { &mut phase.movements };
                     names.push(name);
                 }
             }
@@ -201,9 +187,4 @@ impl Utdf {
         }
         Ok(())
     }
-}
-
-/// Returns the plan of a node.
-pub(super) fn named(id: &str, plan: ExistingPlan, line: u64) -> NamedPlan {
-    NamedPlan { intersection: id.to_owned(), period: String::new(), plan, line }
 }

@@ -20,9 +20,9 @@ use osm_signals::turn::exits_on;
 use sheet::Fault;
 
 use super::Utdf;
-use super::plans::{Names, named};
-use super::tables::{Cell, Node, SETTINGS, START};
-use crate::existing::Plans;
+use super::plans::Names;
+use super::tables::{Cell, Node, START};
+use crate::existing::{NamedPlan, Plans};
 use crate::family::approaches::{
     self, Approach, Arrivals, Counted, Intersection, MOST_EXITS, MOST_PEDESTRIANS_PER_H, MOST_VPH,
     check_arms, gathered,
@@ -51,10 +51,8 @@ const DEFAULT_FT: f64 = 1000.0;
 const LEAST_STORAGE_M: f64 = 5.0;
 const MOST_STORAGE_M: f64 = 1000.0;
 
-/// Growth below which it is probably a factor, percent.
+/// Least growth and share of heavy vehicles, percent: what is less is a factor or a share.
 const LEAST_GROWTH_PERCENT: f64 = 10.0;
-
-/// Percentage of heavy vehicles below which it is probably a share.
 const LEAST_HEAVY_PERCENT: f64 = 1.0;
 
 /// Fewest links of a signal: with two there is nothing to decide.
@@ -72,13 +70,6 @@ pub(super) const HALF_WALK: &str =
 
 /// Most bends that a street goes through.
 const MOST_BENDS: usize = 20;
-
-/// Records that are read, in lower case.
-const READ: [&str; 19] = [
-    "storage", "stlanes", "up id", "lanes", "name", "distance", "speed", "up node", "dest node",
-    "shared", "volume", "growth", "phf", "heavyvehicles", "peds", "exit lanes", "node 0", "node 1",
-    "node 2",
-];
 
 /// What a network in UTDF became.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,7 +131,6 @@ impl Utdf {
     }
 
     fn converted(&self) -> Result<Converted, Fault> {
-        self.check_network()?;
         let (mut said, mut why_not) = (Said::default(), Vec::new());
         let signals: Vec<&Node> = self.tables.nodes.iter().filter(|n| self.is_signal(n)).collect();
         let mut plans = Plans { file: self.file.clone(), is_utdf: true, ..Plans::default() };
@@ -155,10 +145,10 @@ impl Utdf {
                 }
             };
             intersections.push(intersection);
+            let (intersection, period, line) = (node.id.clone(), String::new(), node.line);
             match self.plan(&node.id, &names, &mut said) {
-                Ok(plan) => {
-                    plans.all.extend(plan.map(|plan| named(&node.id, plan, node.line)));
-                }
+                Ok(None) => {}
+                Ok(Some(plan)) => plans.all.push(NamedPlan { intersection, period, plan, line }),
                 Err(Stop::Wrong(fault)) => return Err(fault),
                 Err(Stop::LeftOut(why)) => said.say(NO_PLAN, format!("node {}: {why}", node.id)),
             }
@@ -180,31 +170,18 @@ impl Utdf {
             signals.len(),
         )];
         let left_out = Doubt::of("signals that cannot be simulated are left out", why_not);
-        let no_units = (!self.tables.says_units()).then(|| {
+        let no_units = (!self.tables.network.contains_key("metric")).then(|| {
             let about = "no Metric in [Network]: lengths are read as feet and speeds as mph; Metric,1 says metres and km/h";
             Doubt { about: about.to_owned(), rows: vec![self.file.clone()] }
         });
-        let doubts = left_out.into_iter().chain(said.doubts()).chain(no_units);
-        let doubts = doubts.chain(self.unused()).collect();
+        let doubts = left_out.into_iter().chain(said.doubts()).chain(no_units).collect();
         Ok(Converted { intersections, found, doubts, plans })
-    }
-
-    fn check_network(&self) -> Result<(), Fault> {
-        for (name, low, high) in SETTINGS {
-            let cell = self.tables.network.get(name).filter(|cell| !cell.text.is_empty());
-            let Some(Cell { text, line }) = cell else { continue };
-            if !text.parse::<f64>().is_ok_and(|value| (low..=high).contains(&value)) {
-                let message =
-                    format!("[Network] {name} = {text:?}: expected a number from {low} to {high}");
-                return Err(Fault::new(*line, message));
-            }
-        }
-        Ok(())
     }
 
     /// Whether a node is a signal: its type says so, or it has timing.
     fn is_signal(&self, node: &Node) -> bool {
-        node.kind.map_or_else(|| self.tables.phases.has(&node.id), |kind| kind == 0)
+        let is_timed = || self.tables.phases.0.values().any(|of| of.contains_key(&node.id));
+        node.kind.map_or_else(is_timed, |kind| kind == 0)
     }
 
     fn node(&self, id: &str) -> Option<&Node> {
@@ -219,8 +196,7 @@ impl Utdf {
             .collect();
         let movements = self.movements(id, said)?;
         if up.len() < MIN_LINKS || movements.is_empty() {
-            let what = if movements.is_empty() { "no lanes" } else { "fewer than three links" };
-            return Err(format!("node {id} has {what}").into());
+            return Err(format!("node {id} has fewer than three links, or no lanes").into());
         }
         let first = self.tables.timeplans.cell("node 1", id, "DATA").filter(|c| c.text != "0");
         if let Some(Cell { text, .. }) = first {
@@ -231,7 +207,7 @@ impl Utdf {
         for (heading, other) in &up {
             let bearing_deg = self.bearing_deg(node, *heading, &other.text, said);
             bearings.push((bearing_deg.rem_euclid(360.0) * 10.0).round() / 10.0 % 360.0);
-            lanes_out.push(self.lanes_out(id, *heading, &other.text, &movements, said)?);
+            lanes_out.push(self.lanes_out(id, &other.text, &movements)?);
         }
         if let Some((a, b)) = too_near(&bearings) {
             let (a, b) = (up[a].0, up[b].0);
@@ -305,22 +281,14 @@ impl Utdf {
 
     /// Returns the direction from a node to another, degrees clockwise from north.
     fn bearing_deg(&self, node: &Node, heading: Heading, other: &str, said: &mut Said) -> f64 {
-        let (id, other_node) = (&node.id, self.node(other));
-        let way = node.at.zip(other_node.and_then(|other| other.at));
+        let way = node.at.zip(self.node(other).and_then(|other| other.at));
         let way = way.map(|((x, y), (to_x, to_y))| (to_x - x, to_y - y));
         if let Some((east, north)) = way.filter(|way| *way != (0.0, 0.0)) {
             return east.atan2(north).to_degrees();
         }
-        match other_node {
-            Some(_) => said.say(
-                "nodes without coordinates: directions of travel give the bearings",
-                format!("node {id}, {heading}"),
-            ),
-            None => said.say(
-                "links come from nodes that the network does not have: directions of travel give the bearings; correct Up ID",
-                format!("node {id}, {heading}: node {other}"),
-            ),
-        }
+        let about = "links to nodes that have no coordinates, or that the network does not have: directions of travel give the \
+                     bearings; correct Up ID, X and Y";
+        said.say(about, format!("node {}, {heading}: node {other}", node.id));
         heading.degrees() + 180.0
     }
 
@@ -335,8 +303,7 @@ impl Utdf {
             self.tables.links.number(record, id, heading.name())
         };
         let at = format!("node {id}, {heading}");
-        let [unit_m, unit_mph] =
-            if self.tables.is_metric() { [1.0, KMH_TO_MPH] } else { [FOOT_M, 1.0] };
+        let [unit_m, unit_mph] = self.units();
         let speed = of("speed", id, heading)?.filter(|speed| *speed > 0.0);
         let speed_mph = speed.map(|speed| speed * unit_mph).unwrap_or_else(|| {
             said.say("links without a speed get 30 mph", at.clone());
@@ -379,43 +346,32 @@ impl Utdf {
         self.tables.links.cell("up id", id, heading.name()).map(|cell| cell.text.as_str())
     }
 
-    /// Returns the lanes from a signal to the node that the approach with a heading comes from.
-    fn lanes_out(
-        &self,
-        id: &str,
-        heading: Heading,
-        other: &str,
-        movements: &[Movement<'_>],
-        said: &mut Said,
-    ) -> Result<u32, Fault> {
+    /// Returns how many metres and miles per hour the units of the file are.
+    fn units(&self) -> [f64; 2] {
+        let is_metric = self.tables.network.get("metric") == Some(&1.0);
+        if is_metric { [1.0, KMH_TO_MPH] } else { [FOOT_M, 1.0] }
+    }
+
+    /// Returns the lanes from a signal to another node.
+    fn lanes_out(&self, id: &str, other: &str, movements: &[Movement<'_>]) -> Result<u32, Fault> {
         let lanes = self.tables.links.row("lanes", other);
         let back = Heading::ALL.into_iter().find(|h| self.up(other, *h) == Some(id));
         if let Some(back) = back.filter(|_| !lanes.is_empty()) {
             return whole(lanes.get(back.name()), "lanes");
         }
-        if movements.iter().all(|m| m.to.is_none()) {
-            // Nothing says where movements lead: the way straight on of the other direction ends here.
-            let about = "neither links nor destinations say how many lanes lead away: as many as go straight on from the opposite \
-                 side, at least one";
-            said.say(about, format!("node {id}, {heading}"));
-            let against = heading.clockwise(4);
-            let ahead = |m: &&Movement<'_>| m.heading == against && m.turn == Turn::Through;
-            return Ok(movements.iter().filter(ahead).map(|m| m.lanes).sum::<u32>().max(1));
+        let (mut exits, mut widest) = (0, 0);
+        for m in movements.iter().filter(|m| m.to == Some(other)) {
+            let own = self.tables.lanes.cell("exit lanes", id, m.column);
+            exits = whole(own, "exit lanes")?.max(exits);
+            widest = m.lanes.max(widest).max(1);
         }
-        let into: Vec<&Movement<'_>> = movements.iter().filter(|m| m.to == Some(other)).collect();
-        let exits = |m: &&Movement<'_>| {
-            whole(self.tables.lanes.cell("exit lanes", id, m.column), "exit lanes")
-        };
-        let exits = into.iter().map(exits).collect::<Result<Vec<u32>, _>>()?;
-        let most = exits.into_iter().max().unwrap_or_default();
-        let widest = into.iter().map(|m| m.lanes).max().unwrap_or_default();
-        Ok(if most > 0 { most } else { widest.max(u32::from(!into.is_empty())) })
+        Ok(if exits > 0 { exits } else { widest })
     }
 
     /// Returns the movements of an intersection, and says what is doubtful of their volumes.
     fn movements(&self, id: &str, said: &mut Said) -> Result<Vec<Movement<'_>>, Fault> {
-        let unit_m = if self.tables.is_metric() { 1.0 } else { FOOT_M };
-        let default = |name: &str| self.tables.of_network(name);
+        let [unit_m, _] = self.units();
+        let default = |name: &str| self.tables.network.get(name).copied();
         let named = ["lanes", "volume", "dest node"].map(|name| self.tables.lanes.row(name, id));
         let columns: BTreeSet<&String> = named.iter().flat_map(|cells| cells.keys()).collect();
         let mut movements = Vec::new();
@@ -425,26 +381,19 @@ impl Utdf {
             let range = |name: &str, low: f64, high: f64| {
                 let Some(cell) = cell(name) else { return Ok(None) };
                 let value = cell.number(name)?;
-                if (low..=high).contains(&value) {
+                if value == 0.0 || (low..=high).contains(&value) {
                     return Ok(Some(value));
                 }
-                let message =
-                    format!("{name} of {column} = {value}: expected a number from {low} to {high}");
+                let message = format!(
+                    "{name} of {column} = {value}: expected 0, or a number from {low} to {high}"
+                );
                 Err(Fault::new(cell.line, message))
             };
-            let growth = range("growth", 0.0, 1000.0)?;
-            if let Some(growth) = growth.filter(|g| *g > 0.0 && *g < LEAST_GROWTH_PERCENT) {
-                let about =
-                    "growth is percent here (100 = none); if it is a factor, multiply it by 100";
-                said.say(about, format!("node {id} {column}: {growth}"));
-            }
-            let growth = growth.map(|percent| percent / 100.0).or_else(|| default("growth"));
-            let heavy = range("heavyvehicles", 0.0, 100.0)?;
-            if let Some(percent) = heavy.filter(|p| *p > 0.0 && *p < LEAST_HEAVY_PERCENT) {
-                let about = "HeavyVehicles is percent and below 1 here; if these are shares, multiply them by 100";
-                said.say(about, format!("node {id} {column}: {percent}"));
-            }
-            let heavy = heavy.map(|percent| percent / 100.0).or_else(|| default("hv"));
+            let percent = |name: &str, low: f64, high: f64, of_network: &str| {
+                let share = range(name, low, high)?.map(|percent| percent / 100.0);
+                Ok::<_, Fault>(share.or_else(|| default(of_network)))
+            };
+            let growth = percent("growth", LEAST_GROWTH_PERCENT, 1000.0, "growth")?;
             let volume = range("volume", 0.0, MOST_VPH)?;
             let factor = range("phf", MIN_PEAK_HOUR_FACTOR, 1.0)?.or_else(|| default("phf"));
             let in_bay = cell("stlanes").map(|c| whole(Some(c), "stlanes")).transpose()?;
@@ -460,8 +409,8 @@ impl Utdf {
                 to: cell("dest node").map(|cell| cell.text.as_str()),
                 volume_vph: volume.unwrap_or_default() * growth.unwrap_or(1.0),
                 is_counted: volume.is_some(),
-                peak_hour_factor: factor.filter(|f| (MIN_PEAK_HOUR_FACTOR..=1.0).contains(f)),
-                heavy: heavy.filter(|share| (0.0..=1.0).contains(share)),
+                peak_hour_factor: factor.filter(|factor| *factor > 0.0),
+                heavy: percent("heavyvehicles", LEAST_HEAVY_PERCENT, 100.0, "hv")?,
                 pedestrians_per_h: range("peds", 0.0, MOST_PEDESTRIANS_PER_H)?,
             });
         }
@@ -477,21 +426,6 @@ impl Utdf {
             }
         }
         Ok(movements)
-    }
-
-    /// Returns what of the file is not used.
-    fn unused(&self) -> Option<Doubt> {
-        let tables = &self.tables;
-        let is_read = |name: &&String| {
-            [&READ[..], &super::plans::READ].concat().contains(&name.as_str())
-                || super::plans::OF_LANES.iter().any(|(record, _)| record == name)
-        };
-        let all = [&tables.links, &tables.lanes, &tables.phases, &tables.timeplans];
-        let unread = all.into_iter().flat_map(|of| of.names()).filter(|name| !is_read(name));
-        let names: BTreeSet<&str> = unread.chain(&tables.unknown).map(String::as_str).collect();
-        let names: Vec<&str> = names.into_iter().collect();
-        (!names.is_empty())
-            .then(|| Doubt::whole(format!("records that are not used: {}", names.join(", "))))
     }
 }
 
@@ -582,14 +516,11 @@ fn turn_lanes(at: &str, own: &[&Movement<'_>], ways: &Ways<'_>, said: &mut Said)
     let [left, through, right] = [Turn::Left, Turn::Through, Turn::Right]
         .map(|turn| own.iter().filter(|m| ways.lane_turn(m) == turn).map(|m| m.lanes).sum::<u32>());
     let shares = |turn: Turn, bit: u32| own.iter().any(|m| m.turn == turn && m.shared & bit == bit);
-    if through > 0 && left > 0 && shares(Turn::Through, 1) {
-        let about = "a through lane that also turns left beside lanes for left turns is simulated as through only";
-        said.say(about, at.to_owned());
-    }
     // Without a through group the lanes that left and right share are neither.
     let is_shared = through == 0 && shares(Turn::Left, 2);
-    if is_shared && left > 1 {
-        said.say("a lane that left and right turns share serves right turns only", at.to_owned());
+    if through > 0 && left > 0 && shares(Turn::Through, 1) || is_shared && left > 1 {
+        let about = "a lane that turns left and goes elsewhere, beside lanes for left turns, is simulated without its left turn";
+        said.say(about, at.to_owned());
     }
     [left.saturating_sub(u32::from(is_shared)), right]
 }

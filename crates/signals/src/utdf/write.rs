@@ -7,8 +7,8 @@
 
 use std::collections::BTreeMap;
 
-use super::plans::PEOPLE;
-use crate::existing::{Control, ExistingPlan, PlanPhase, Recall};
+use super::plans::{MOST_OF_MOVEMENT, PEOPLE};
+use crate::existing::{Control, ExistingPlan, PlanPhase};
 
 /// Columns of movements, in UTDF's order.
 const MOVEMENTS: [&str; 24] = [
@@ -21,9 +21,6 @@ type CellOf<'a> = &'a dyn Fn(&PlanPhase) -> String;
 
 /// Fewest columns of phases.
 const LEAST_PHASES: u32 = 8;
-
-/// Most phases of a movement with and without the right of way.
-const MOST_OF_MOVEMENT: usize = 4;
 
 /// Returns plans by the number of their node as UTDF.
 pub fn to_utdf(plans: &[(u32, ExistingPlan)]) -> Result<String, String> {
@@ -58,16 +55,16 @@ fn check(plan: &ExistingPlan) -> Result<(), String> {
             return Err(format!("{name} is no movement of UTDF"));
         }
     }
-    let names = plan.phases.iter().flat_map(PlanPhase::all_movements);
-    for name in names {
+    let is_in_many = |name: &&&str| {
         let of = |names: fn(&PlanPhase) -> &Vec<String>| {
-            plan.phases.iter().filter(|p| names(p).contains(name)).count()
+            plan.phases.iter().filter(|p| names(p).iter().any(|own| own == *name)).count()
         };
-        if of(|p| &p.movements) > MOST_OF_MOVEMENT || of(|p| &p.yielding) > MOST_OF_MOVEMENT {
-            return Err(format!("{name} has more than {MOST_OF_MOVEMENT} phases"));
-        }
+        of(|p| &p.movements).max(of(|p| &p.yielding)) > MOST_OF_MOVEMENT
+    };
+    match MOVEMENTS.iter().find(is_in_many) {
+        Some(name) => Err(format!("{name} has more than {MOST_OF_MOVEMENT} phases")),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 fn record(text: &mut String, name: &str, node: u32, cells: impl Iterator<Item = String>) {
@@ -131,8 +128,6 @@ fn phases(text: &mut String, node: u32, plan: &ExistingPlan, most: u32) {
     let flag = |flag: bool| u32::from(flag).to_string();
     let people =
         |p: &PlanPhase, i: usize| p.walk_s.map_or_else(String::new, |both| number(both[i]));
-    let recall =
-        |p: &PlanPhase| Recall::ALL.iter().position(|r| *r == p.recall).unwrap_or_default();
     let records: [(&str, CellOf<'_>); 11] = [
         ("BRP", &|p| format!("{}{}{}", p.barrier, p.ring, p.position)),
         ("MinGreen", &|p| number(p.min_green_s)),
@@ -140,7 +135,7 @@ fn phases(text: &mut String, node: u32, plan: &ExistingPlan, most: u32) {
         ("VehExt", &|p| number(p.passage_s)),
         ("Yellow", &|p| number(p.yellow_s)),
         ("AllRed", &|p| number(p.all_red_s)),
-        ("Recall", &|p| recall(p).to_string()),
+        ("Recall", &|p| (p.recall as u32).to_string()),
         ("Walk", &|p| people(p, 0)),
         ("DontWalk", &|p| people(p, 1)),
         ("DualEntry", &|p| flag(p.dual_entry)),

@@ -2,7 +2,7 @@
 
 use super::super::streets::Street;
 use super::super::testing::two_phase_signal;
-use super::super::{LaneSpec, Onward};
+use super::super::{EpisodeOutcome, LaneSpec, Onward};
 use super::*;
 
 /// Three signals of a street, 20 and 30 s apart; movement 0 goes along it, 2 comes back, 1 crosses.
@@ -37,7 +37,7 @@ fn street() -> Vec<SignalSpec> {
 fn a_street_is_followed_in_both_directions() {
     let streets = streets(&street());
     let stops = |street: &Street| -> Vec<(usize, usize, f64)> {
-        street.stops.iter().map(|s| (s.signal, s.movement, s.after_s)).collect()
+        street.iter().map(|s| (s.signal, s.movement, s.after_s)).collect()
     };
     assert_eq!(streets.len(), 2);
     assert_eq!(stops(&streets[0]), [(0, 0, 0.0), (1, 0, 20.0), (2, 0, 50.0)]);
@@ -49,7 +49,7 @@ fn a_street_that_leads_round_ends_before_it_comes_back() {
     let mut signals = street();
     let back = Onward { movement: 0, signal: 0, lane: 0, travel_s: 9.0, distance_m: 90.0 };
     signals[2].onward.push(back);
-    let lengths: Vec<usize> = streets(&signals).iter().map(|s| s.stops.len()).collect();
+    let lengths: Vec<usize> = streets(&signals).iter().map(Vec::len).collect();
     assert_eq!(lengths, [3, 3]);
 }
 

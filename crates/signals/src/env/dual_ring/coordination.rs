@@ -7,7 +7,7 @@
 //! - **The order** of the phases of a ring is that of the stages, so left turns lead or lag as the stages have it.
 //! - **A left turn's own phase that no stage serves** is never called if the left turn also yields in a through phase.
 //!
-//! Where the stages cannot be followed in two rings, the reason says why; the signal then runs them as a fixed cycle.
+//! Where two rings cannot follow the stages, the signal runs them as a fixed cycle.
 
 use osm_signals::Turn;
 
@@ -16,152 +16,87 @@ use super::plan::{Coordination, Phase, Plan};
 use crate::program::{ProgramPhase, RingStages};
 use crate::timing::Timing;
 
-/// Stages in a row, as the first one and how many, around the end of the cycle.
-type Run = (usize, usize);
-
-/// Returns the phases of a signal within this cycle.
-///
-/// # Arguments
-///
-/// * `now_s` — the time at which the signal begins, seconds.
+/// Returns the phases of a signal within this cycle; `None` where two rings cannot follow its stages.
 pub(super) fn coordinate(
     stages: &RingStages,
     mut plan: Plan,
     links: &Links,
     timing: &Timing,
     now_s: u32,
-) -> Result<Plan, String> {
-    let (ends_s, cycle_s) = ends_s(stages, timing);
+) -> Option<Plan> {
     let count = stages.greens.len();
-    let runs: Vec<Option<Run>> = (plan.phases.iter())
-        .map(|phase| run(stages, phase, &plan, links))
-        .collect::<Result<_, _>>()?;
-    let coordinated: Vec<bool> = (plan.phases.iter().zip(&runs))
-        .map(|(phase, run)| {
-            let is_in =
-                |(first, length): &Run| (stages.coordinated + count - first) % count < *length;
-            phase.enters && run.as_ref().is_some_and(is_in)
-        })
-        .collect();
-    let holds = |side: &[Vec<usize>; 2]| side.iter().flatten().any(|p| coordinated[*p]);
-    if plan.sides.iter().filter(|side| holds(side)).count() != 1 {
-        return Err("its coordinated street is green with no through phase, or with those of several streets".into());
+    stages.greens.get(stages.coordinated)?;
+    let before = |stage: usize| (stage + count - 1) % count;
+    let serve = |phase| served(stages, phase, &plan, links);
+    let served: Vec<Vec<bool>> = plan.phases.iter().map(serve).collect::<Option<_>>()?;
+    let only_side = |stage: usize| {
+        let is_served =
+            |side: &usize| plan.sides[*side].iter().flatten().any(|p| served[*p][stage]);
+        let mut sides = (0..plan.sides.len()).filter(is_served);
+        sides.next().filter(|_| sides.next().is_none())
+    };
+    let sides: Vec<usize> = (0..count).map(only_side).collect::<Option<_>>()?;
+    // Stages with which a side begins, that of the coordinated street first.
+    let is_main = |stage: &usize| sides[*stage] == sides[stages.coordinated];
+    let mut starts: Vec<usize> =
+        (0..count).filter(|stage| sides[*stage] != sides[before(*stage)]).collect();
+    let origin = starts.iter().position(is_main)?;
+    starts.rotate_left(origin);
+    let origin = starts[0];
+    if (0..plan.sides.len()).any(|s| starts.iter().filter(|k| sides[**k] == s).count() != 1) {
+        return None;
     }
-    // Where each side begins among the stages, and how many it has.
-    let mut windows: Vec<Run> = Vec::new();
-    for side in &plan.sides {
-        let is_of = |stage: usize| {
-            let of = side.iter().flatten().filter_map(|p| runs[*p]);
-            of.into_iter().any(|(first, length)| (stage + count - first) % count < length)
-        };
-        let window = in_a_row((0..count).map(is_of).collect())
-            .ok_or("the stages of a street do not follow each other")?;
-        windows.push(window);
+    // Begin and end of the green of each stage, from the first start on, seconds.
+    let mut greens_s = vec![[0, 0]; count];
+    let mut cycle_s = 0;
+    for stage in (origin..origin + count).map(|stage| stage % count) {
+        let (green, next) = (&stages.greens[stage], &stages.greens[(stage + 1) % count]);
+        greens_s[stage] = [cycle_s, cycle_s + green.duration_s.round() as u32];
+        let change_s: u32 = timing.between(&green.state, &next.state).iter().map(|c| c.1).sum();
+        cycle_s = greens_s[stage][1] + change_s;
     }
-    if windows.iter().map(|window| window.1).sum::<usize>() != count {
-        return Err("a stage serves phases of several streets, or of none".into());
-    }
-    let origin = windows[plan.sides.iter().position(holds).unwrap_or_default()].0;
-    let after = |stage: usize, from: usize| (stage + count - from) % count;
-    let mut order: Vec<usize> = (0..plan.sides.len()).collect();
-    order.sort_by_key(|side| after(windows[*side].0, origin));
-    plan.sides = order.iter().map(|side| plan.sides[*side].clone()).collect();
-    let windows: Vec<Run> = order.into_iter().map(|side| windows[side]).collect();
-    for (side, window) in plan.sides.iter_mut().zip(&windows) {
+    let of_phase = |served: &Vec<bool>| {
+        let own = || (0..count).filter(|stage| served[*stage]).map(|stage| greens_s[stage]);
+        Some([own().map(|green| green[0]).min()?, own().map(|green| green[1]).max()?])
+    };
+    let phases_s: Vec<Option<[u32; 2]>> = served.iter().map(of_phase).collect();
+    let holds = plan.phases.iter().zip(&served);
+    let holds = holds.map(|(phase, served)| phase.enters && served[stages.coordinated]).collect();
+    let (first, mut cycle) = Coordination::new(cycle_s, &phases_s, holds)?;
+    let origin_s = stages.offset_s + cycle_s - greens_s[0][0];
+    let yields_s = (origin_s + phases_s[first]?[1]) % cycle_s;
+    cycle.yields_s = Some(yields_s);
+    cycle.begins_s = (now_s % cycle_s + cycle_s - yields_s) % cycle_s;
+    plan.sides = starts.iter().map(|start| plan.sides[sides[*start]].clone()).collect();
+    for (place, side) in plan.sides.iter_mut().enumerate() {
+        let whole_s = starts.get(place + 1).map_or(cycle_s, |next| greens_s[*next][0]);
         for ring in side {
-            ring.sort_by_key(|p| runs[*p].map(|run| after(run.0, window.0)));
-            let served: Vec<Run> = ring.iter().filter_map(|p| runs[*p]).collect();
-            let meet =
-                |pair: &[Run]| after(pair[1].0, window.0) < after(pair[0].0, window.0) + pair[0].1;
-            if served.windows(2).any(meet) {
-                return Err("a stage serves two phases of one ring".into());
+            ring.sort_by_key(|p| phases_s[*p]);
+            let mut begin_s = greens_s[starts[place]][0];
+            let mut own = ring.iter().filter_map(|p| Some((*p, phases_s[*p]?))).peekable();
+            while let Some((p, [_, end_s])) = own.next() {
+                let next_s = own.peek().map(|(_, next_s)| next_s[0]);
+                let change_s = plan.phases[p].change.total_s();
+                let until_s = next_s.map_or(whole_s, |_| end_s + change_s);
+                let split_s = until_s.saturating_sub(begin_s);
+                let meets = next_s.is_some_and(|next_s| next_s < end_s);
+                if meets || split_s < plan.phases[p].min_s + change_s {
+                    return None;
+                }
+                cycle.splits_s[p] = Some(split_s);
+                begin_s = until_s;
             }
         }
     }
-    let end_s = |(first, length): Run| ends_s[(first + length - 1) % count];
-    // The yield point: when the first coordinated phase ends after which no other one ends long after.
-    let yields = || (0..plan.phases.len()).filter(|p| coordinated[*p]);
-    let since = |from_s: u32, to_s: u32| (to_s + cycle_s - from_s) % cycle_s;
-    let ends = |p: usize| runs[p].map_or(0, end_s);
-    let zero_s = yields()
-        .map(ends)
-        .min_by_key(|zero_s| yields().map(|p| since(*zero_s, ends(p))).max())
-        .ok_or("no phase is coordinated")?;
-    let ends_in_cycle_s = |(run, holds): (&Option<Run>, &bool)| {
-        let Some(run) = *run else { return 0 };
-        let begin_s = ends_s[run.0] - green_s(&stages.greens[run.0]);
-        let after_s = since(zero_s, end_s(run));
-        let goes_on = after_s < since(begin_s, end_s(run)) && !holds;
-        if goes_on { cycle_s + after_s } else { after_s }
-    };
-    let mut coordination = Coordination {
-        cycle_s,
-        ends_s: runs.iter().zip(&coordinated).map(ends_in_cycle_s).collect(),
-        inhibits_max: vec![false; plan.phases.len()],
-        splits_s: vec![None; plan.phases.len()],
-        yields_s: Some((stages.offset_s + zero_s) % cycle_s),
-        begins_s: 0,
-        holds: coordinated,
-    };
-    for (phase, holds) in plan.phases.iter_mut().zip(&coordination.holds) {
+    for (phase, holds) in plan.phases.iter_mut().zip(&cycle.holds) {
         phase.recall = *holds;
     }
-    coordination.begins_s = since((stages.offset_s + zero_s) % cycle_s, now_s % cycle_s);
-    for (side, window) in plan.sides.iter().zip(&windows) {
-        let before_s = ends_s[(window.0 + count - 1) % count];
-        let change_s = |stage: usize| {
-            let next = &stages.greens[(stage + 1) % count];
-            change_s(timing, &stages.greens[stage], next)
-        };
-        let begin_s = before_s + change_s((window.0 + count - 1) % count);
-        let last = (window.0 + window.1 - 1) % count;
-        let whole_s = since(begin_s % cycle_s, (ends_s[last] + change_s(last)) % cycle_s);
-        let whole_s = if whole_s == 0 { cycle_s } else { whole_s };
-        for ring in side {
-            let served = || ring.iter().copied().filter(|p| runs[*p].is_some());
-            let mut until_s = 0;
-            for (place, p) in served().enumerate() {
-                let own = &plan.phases[p];
-                let all_s = own.change_s.0 + own.change_s.1;
-                let to_s = match place + 1 == served().count() {
-                    true => whole_s,
-                    false => since(begin_s % cycle_s, (ends(p) + all_s) % cycle_s),
-                };
-                let split_s = to_s.saturating_sub(until_s);
-                if split_s < own.min_s + all_s {
-                    return Err(format!(
-                        "phase {} has {split_s} s, less than its shortest green and the change after it",
-                        own.number
-                    ));
-                }
-                coordination.splits_s[p] = Some(split_s);
-                until_s = to_s;
-            }
-        }
-    }
-    plan.coordination = Some(coordination);
-    Ok(plan)
+    plan.coordination = Some(cycle);
+    Some(plan)
 }
 
-/// Returns when the green of each stage ends, from the beginning of the first one, and the cycle, seconds.
-fn ends_s(stages: &RingStages, timing: &Timing) -> (Vec<u32>, u32) {
-    let mut ends_s = Vec::new();
-    let mut now_s = 0;
-    for (stage, green) in stages.greens.iter().enumerate() {
-        now_s += green_s(green);
-        ends_s.push(now_s);
-        now_s += change_s(timing, green, &stages.greens[(stage + 1) % stages.greens.len()]);
-    }
-    (ends_s, now_s)
-}
-
-/// Returns the stages that serve a phase; nothing if it is never called.
-fn run(
-    stages: &RingStages,
-    phase: &Phase,
-    plan: &Plan,
-    links: &Links,
-) -> Result<Option<Run>, String> {
+/// Returns which stages serve a phase, in a row around the cycle; none if it is never called.
+fn served(stages: &RingStages, phase: &Phase, plan: &Plan, links: &Links) -> Option<Vec<bool>> {
     let is_left = |link: &usize| links.turn(*link) == Some(Turn::Left);
     let needs_arrow = !phase.enters && phase.links.iter().all(is_left);
     let serves = |green: &ProgramPhase| {
@@ -172,43 +107,19 @@ fn run(
         })
     };
     let served: Vec<bool> = stages.greens.iter().map(serves).collect();
-    if let Some(run) = in_a_row(served.clone()) {
-        return Ok(Some(run));
-    }
+    let last = served.iter().cycle().skip(served.len() - 1);
+    let rows = last.zip(&served).filter(|(before, own)| **own && !**before).count();
     let also = |other: &Phase| {
         other.number != phase.number && phase.links.iter().all(|l| other.links.contains(l))
     };
-    if !served.contains(&true) && plan.phases.iter().any(also) {
-        return Ok(None);
-    }
-    Err(format!("no stages in a row serve phase {}", phase.number))
-}
-
-/// Returns the change between two stages, seconds.
-fn change_s(timing: &Timing, from: &ProgramPhase, to: &ProgramPhase) -> u32 {
-    timing.between(&from.state, &to.state).iter().map(|step| step.1).sum()
-}
-
-/// Returns the green of a stage, which is of whole seconds.
-fn green_s(stage: &ProgramPhase) -> u32 {
-    stage.duration_s.round() as u32
-}
-
-/// Returns the marked stages as a run around the cycle; nothing if none or all are marked, or if others lie between them.
-fn in_a_row(marked: Vec<bool>) -> Option<Run> {
-    let count = marked.len();
-    let begins = |stage: &usize| marked[*stage] && !marked[(stage + count - 1) % count];
-    let mut first = (0..count).filter(begins);
-    match (first.next(), first.next()) {
-        (Some(first), None) => Some((first, marked.iter().filter(|marked| **marked).count())),
-        _ => None,
-    }
+    let is_never_called = || !served.contains(&true) && plan.phases.iter().any(also);
+    (rows == 1 || is_never_called()).then_some(served)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::rings::{Rings, Seen};
-    use super::super::testing::{GREENS, cross, settings, tee, timing};
+    use super::super::rings::Rings;
+    use super::super::testing::{GREENS, cross, greens, seen, settings, tee, timing};
     use super::*;
     use crate::control::dual_ring::{Config, Recall};
 
@@ -221,7 +132,7 @@ mod tests {
         }
     }
 
-    fn coordinated(links: &Links, greens: &[(&str, u32)], street: usize) -> Result<Plan, String> {
+    fn coordinated(links: &Links, greens: &[(&str, u32)], street: usize) -> Option<Plan> {
         let timing = timing(links, &settings());
         let plan = Plan::new(links, &links.states, &timing, &config());
         let greens = greens.iter().map(|(state, s)| ProgramPhase::fixed(*state, f64::from(*s)));
@@ -281,29 +192,24 @@ mod tests {
         assert_eq!([1, 2].map(|n| by_number(&plan, &cycle.splits_s, n)), [None, Some(44)]);
         let links = cross();
         let mut rings = Rings::new(links.clone(), plan, timing(&links, &settings()));
-        let seen = Seen { calls: vec![true; 8], extends: vec![true; 8], walk_s: Vec::new() };
         for _ in 0..400 {
-            rings.second(&seen);
-            assert!(!rings.shown().starts_with("rrG"), "{}", rings.shown());
+            rings.second(&seen(&rings, &|_| true));
+            assert!(!rings.shown.starts_with("rrG"), "{}", rings.shown);
         }
     }
 
     #[test]
-    fn stages_that_two_rings_cannot_follow_are_refused_with_the_reason() {
-        let refused = |greens: &[(&str, u32)], street, wanted: &str| {
-            let reason = coordinated(&cross(), greens, street).unwrap_err();
-            assert!(reason.contains(wanted), "{reason}");
-        };
-        let again = [LAGGING[0], LAGGING[2], LAGGING[0], LAGGING[3]];
-        refused(&again, 0, "no stages in a row serve phase 2");
-        let between = [LAGGING[0], LAGGING[2], LAGGING[1], LAGGING[3]];
-        refused(&between, 0, "the stages of a street do not follow each other");
-        refused(
-            &[(GREENS[0], 40), (GREENS[2], 9)],
-            0,
-            "phase 4 has 13 s, less than its shortest green",
+    fn stages_that_two_rings_cannot_follow_are_refused() {
+        let [through, left, side, side_left] = LAGGING;
+        let refused =
+            |greens: &[(&str, u32)], street| coordinated(&cross(), greens, street).is_none();
+        assert!(refused(&[through, side, through, side_left], 0), "phase 2 has two rows of stages");
+        assert!(
+            refused(&[through, side, left, side_left], 0),
+            "each street has two rows of stages"
         );
-        refused(&LAGGING, 1, "green with no through phase");
+        assert!(refused(&[through, (GREENS[2], 9)], 0), "phase 4 has less than its shortest green");
+        assert!(refused(&LAGGING, 1), "no through phase is green");
     }
 
     #[test]
@@ -327,21 +233,6 @@ mod tests {
         assert_eq!((ends, cycle.cycle_s), ([0, 63, 50, 16], 63));
     }
 
-    /// Plays seconds of rings and returns number and second of every green that ended.
-    fn greens(rings: &mut Rings, on: &dyn Fn(u32, u32) -> bool, seconds: u32) -> Vec<(u32, u32)> {
-        let mut ended = Vec::new();
-        for second in 1..=seconds {
-            let seen: Vec<bool> =
-                rings.plan().phases.iter().map(|p| on(p.number, second)).collect();
-            let before: Vec<usize> = rings.green_phases().collect();
-            rings.second(&Seen { calls: seen.clone(), extends: seen, walk_s: Vec::new() });
-            let over =
-                before.into_iter().filter(|p| !rings.green_phases().any(|green| green == *p));
-            ended.extend(over.map(|p| (rings.plan().phases[p].number, second)));
-        }
-        ended
-    }
-
     #[test]
     fn coordinated_phases_end_at_their_yield_point_and_others_by_a_gap_or_their_force_off() {
         let links = cross();
@@ -353,7 +244,8 @@ mod tests {
             1 => (100..130).contains(&second),
             _ => false,
         };
-        let ended = greens(&mut rings, &on, 240);
+        let ended = greens(&mut rings, &on, 241).into_iter();
+        let ended: Vec<(u32, u32)> = ended.map(|(n, begin_s, s)| (n, begin_s + s)).collect();
         // Yield points at 40, 120, 200: offset 10 and 30 s of green. Nobody turns left at 40, so that the side street has
         // more, up to its force-off at 76; at 120 phase 1 has its turn, until vehicles are gone or its split is over at 132.
         assert!(ended.contains(&(2, 40)) && ended.contains(&(6, 40)), "{ended:?}");
@@ -362,6 +254,6 @@ mod tests {
         assert!(ended.contains(&(4, 156)), "{ended:?}");
         // At 200 nobody comes any more: the street stays green.
         assert!(!ended.iter().any(|e| e.1 > 205 && [2, 6].contains(&e.0)), "{ended:?}");
-        assert!(rings.shown().starts_with("GGg"), "{}", rings.shown());
+        assert!(rings.shown.starts_with("GGg"), "{}", rings.shown);
     }
 }

@@ -13,18 +13,18 @@
 use osm_signals::Turn;
 
 use super::links::Links;
-use super::plan::{Coordination, Detector, Phase, Plan, lanes, on_lane};
+use super::plan::{Coordination, Detector, Phase, Plan};
 use crate::control::dual_ring::Config;
-use crate::existing::{Control, ExistingPlan, Recall, Timed, change_s, nearest_s, schedule};
+use crate::existing::{Control, ExistingPlan, Recall, Timed, nearest_s, schedule, whole_change};
 use crate::sim::topology::edge;
 use crate::sim::{ProgramPhase, Scene, SignalInfo};
 use crate::timing::{Timing, WALK_S};
 
 /// The plan on the links of a signal.
-pub(super) struct Wired<'a> {
+struct Wired<'a> {
     plan: &'a ExistingPlan,
     /// The links, of which the plan is the witness.
-    pub(super) links: Links,
+    links: Links,
     /// Per phase its links with the right of way.
     protected: Vec<Vec<usize>>,
     /// Per phase its links that yield.
@@ -32,11 +32,7 @@ pub(super) struct Wired<'a> {
 }
 
 impl<'a> Wired<'a> {
-    pub(super) fn new(
-        plan: &'a ExistingPlan,
-        scene: &Scene,
-        signal: &SignalInfo,
-    ) -> Result<Self, String> {
+    fn new(plan: &'a ExistingPlan, scene: &Scene, signal: &SignalInfo) -> Result<Self, String> {
         let of = |names: &[String]| -> Vec<usize> {
             let ways = || names.iter().filter_map(|name| plan.ways.get(name)).flatten();
             let is = |link: &usize| {
@@ -53,12 +49,11 @@ impl<'a> Wired<'a> {
             .collect();
         let links = Links::new(scene, signal, Vec::new());
         let mut wired = Self { plan, links, protected, yielding };
-        let served = |link: usize| {
-            wired.protected.iter().chain(&wired.yielding).any(|links| links.contains(&link))
+        let is_left_out = |link: &usize| {
+            let mut phases = wired.protected.iter().chain(&wired.yielding);
+            wired.links.cars[*link].is_some() && !phases.any(|links| links.contains(link))
         };
-        if let Some(link) =
-            (0..wired.links.count()).find(|l| wired.links.cars[*l].is_some() && !served(*l))
-        {
+        if let Some(link) = (0..wired.links.count()).find(is_left_out) {
             let lane = signal.links[link].first().map_or("", |l| &scene.lanes[l.from_lane].id);
             return Err(format!(
                 "its existing plan has no phase for link {link}, from lane {lane}"
@@ -87,13 +82,8 @@ impl<'a> Wired<'a> {
             let is_met = || (0..self.links.count()).any(met);
             match (has(&self.protected, link), has(&self.yielding, link)) {
                 (false, false) => 'r',
-                _ if is_right(link) => {
-                    if is_met() {
-                        'g'
-                    } else {
-                        'G'
-                    }
-                }
+                _ if is_right(link) && is_met() => 'g',
+                _ if is_right(link) => 'G',
                 (true, _) => 'G',
                 (false, true) => 'g',
             }
@@ -101,7 +91,7 @@ impl<'a> Wired<'a> {
         (0..self.links.count()).map(letter).collect()
     }
 
-    pub(super) fn rings(&self, timing: &Timing) -> Plan {
+    fn rings(&self, timing: &Timing) -> Plan {
         let phases = (0..self.plan.phases.len()).map(|phase| self.phase(phase, timing)).collect();
         Plan {
             phases,
@@ -133,7 +123,7 @@ impl<'a> Wired<'a> {
             min_s,
             max_s: nearest_s(phase.max_green_s).max(min_s),
             limit_s: None,
-            change_s: change_s(phase.yellow_s, phase.all_red_s),
+            change: whole_change(phase.yellow_s, phase.all_red_s),
             passage_s: nearest_s(phase.passage_s),
             recall: is_recalled || self.is_coordinated(index),
             is_full: phase.recall == Recall::Max,
@@ -156,10 +146,7 @@ impl<'a> Wired<'a> {
     /// of those that have a walk and serve it.
     fn crossings(&self, index: usize, timing: &Timing) -> Vec<(usize, u32)> {
         let Some(walk_s) = self.plan.phases[index].walk_s.map(whole_s) else { return Vec::new() };
-        let state = |phase: usize| -> String {
-            let own = self.all(phase);
-            (0..self.links.count()).map(|l| if own.contains(&l) { 'G' } else { 'r' }).collect()
-        };
+        let state = |phase: usize| self.links.plain(&self.links.set(self.all(phase)));
         let owner = |crossing: usize| {
             let serves = |p: &usize| {
                 let is_for_people = self.all(*p).is_empty() && timing.is_open(crossing);
@@ -177,35 +164,22 @@ impl<'a> Wired<'a> {
 
     fn detectors(&self, index: usize) -> Vec<Detector> {
         let links = &self.links;
-        let config = Config::default();
         let own = self.all(index);
-        let mut detectors = Vec::new();
-        for lane in lanes(links, own.iter().copied()) {
-            let of_lane: Vec<usize> = on_lane(links, lane).collect();
+        let detector = |lane: usize| {
+            let of_lane = links.on_lane(lane);
             let has = |of: &Vec<usize>| of_lane.iter().any(|l| of.contains(l));
-            if !has(&self.protected[index]) && self.protected.iter().any(has) {
-                continue;
-            }
             // A lane for several movements would hold a phase that serves its right turns alone.
             let goes_on = |of: &Vec<usize>| {
                 of_lane.iter().any(|l| of.contains(l) && links.turn(*l) != Some(Turn::Right))
             };
-            if !goes_on(&own) && self.protected.iter().any(goes_on) {
-                continue;
-            }
-            let is_for = |turn| links.is_lane_for(lane, turn);
-            detectors.push(Detector {
-                lane,
-                reach_m: if is_for(Turn::Left) {
-                    config.left_detector_m
-                } else {
-                    config.detector_m
-                },
-                calls: true,
-                served_by: if is_for(Turn::Right) { of_lane } else { Vec::new() },
-            });
-        }
-        detectors
+            let is_of_others = !has(&self.protected[index]) && self.protected.iter().any(has)
+                || !goes_on(&own) && self.protected.iter().any(goes_on);
+            let is_right = links.is_lane_for(lane, Turn::Right);
+            let served_by = if is_right { of_lane.clone() } else { Vec::new() };
+            let config = Config::default();
+            (!is_of_others).then(|| Detector::new(links, lane, &config, true, served_by))
+        };
+        links.lanes(own.iter().copied()).into_iter().filter_map(detector).collect()
     }
 
     fn coordination(&self) -> Option<Coordination> {
@@ -213,28 +187,14 @@ impl<'a> Wired<'a> {
             return None;
         }
         let (timed, cycle_s) = schedule(self.plan);
-        let end_s = |t: &Timed| t.begin_s + t.green_s;
-        let coordinated = self.plan.coordinated();
-        let after = |from_s: u32, to_s: u32| (cycle_s + to_s - from_s % cycle_s) % cycle_s;
-        // The coordinated phase that may end first: no other one ends long after it.
-        let first = *coordinated.iter().min_by_key(|c| {
-            let since = |other: &usize| after(end_s(&timed[**c]), end_s(&timed[*other]));
-            coordinated.iter().map(since).max()
-        })?;
-        let zero_s = end_s(&timed[first]);
-        let ends_s = |(phase, t): (usize, &Timed)| {
-            let after_s = after(zero_s, end_s(t));
-            let goes_on = after_s < t.green_s && !coordinated.contains(&phase);
-            if goes_on { cycle_s + after_s } else { after_s }
-        };
+        let greens_s = timed.iter().map(|t| Some([t.begin_s, t.begin_s + t.green_s]));
+        let holds = (0..timed.len()).map(|phase| self.is_coordinated(phase)).collect();
+        let (first, cycle) = Coordination::new(cycle_s, &greens_s.collect::<Vec<_>>(), holds)?;
         Some(Coordination {
-            cycle_s,
-            ends_s: timed.iter().enumerate().map(ends_s).collect(),
-            holds: (0..timed.len()).map(|p| coordinated.contains(&p)).collect(),
+            begins_s: cycle_s - timed[first].green_s,
             inhibits_max: self.plan.phases.iter().map(|p| p.inhibit_max).collect(),
-            begins_s: after(zero_s, timed[first].begin_s),
-            yields_s: None,
-            splits_s: timed.iter().map(|t| Some(t.green_s + t.yellow_s + t.all_red_s)).collect(),
+            splits_s: timed.iter().map(|t| Some(t.split_s())).collect(),
+            ..cycle
         })
     }
 
@@ -243,7 +203,7 @@ impl<'a> Wired<'a> {
     /// # Arguments
     ///
     /// * `meet` — whether the paths of two links meet.
-    pub(super) fn cycle(&self, meet: &dyn Fn(usize, usize) -> bool) -> Vec<ProgramPhase> {
+    fn cycle(&self, meet: &dyn Fn(usize, usize) -> bool) -> Vec<ProgramPhase> {
         let (timed, cycle_s) = schedule(self.plan);
         let mut shown: Vec<ProgramPhase> = Vec::new();
         for second in 0..cycle_s {
@@ -266,7 +226,7 @@ impl<'a> Wired<'a> {
     ) -> String {
         let since = |p: usize| (second + cycle_s - timed[p].begin_s % cycle_s) % cycle_s;
         let all = || 0..timed.len();
-        let lasts_s = |p: usize| timed[p].green_s + timed[p].yellow_s + timed[p].all_red_s;
+        let lasts_s = |p: usize| timed[p].split_s();
         let green: Vec<usize> = all().filter(|p| since(*p) < timed[*p].green_s).collect();
         let next = |p: usize| {
             let begins_s = (timed[p].begin_s + lasts_s(p)) % cycle_s;
@@ -285,7 +245,7 @@ impl<'a> Wired<'a> {
             }
             // What is green in a phase and in the one after it in its ring stays green.
             let stays = |p: &usize| next(*p).any(|n| self.all(n).contains(&link));
-            let yellow = |p: &usize| since(*p) < timed[*p].green_s + timed[*p].yellow_s;
+            let yellow = |p: &usize| since(*p) < timed[*p].green_s + timed[*p].change.yellow_s;
             *letter = if ending.iter().any(stays) {
                 let protects = |p: &usize| {
                     let own = |p: usize| self.protected[p].contains(&link);
@@ -304,8 +264,19 @@ impl<'a> Wired<'a> {
 
 /// Returns walk and clearance together, whole seconds.
 fn whole_s([walk_s, clearance_s]: [f64; 2]) -> u32 {
-    let (walk_s, clearance_s) = change_s(walk_s, clearance_s);
-    walk_s + clearance_s
+    whole_change(walk_s, clearance_s).total_s()
+}
+
+/// Returns links and phases of a plan that sees vehicles on a signal.
+pub(super) fn rings(
+    plan: &ExistingPlan,
+    scene: &Scene,
+    signal: &SignalInfo,
+    timing: &Timing,
+) -> Result<(Links, Plan), String> {
+    let wired = Wired::new(plan, scene, signal)?;
+    let rings = wired.rings(timing);
+    Ok((wired.links, rings))
 }
 
 /// Returns the fixed cycle of a plan on a signal.
@@ -460,30 +431,6 @@ mod tests {
     }
 
     #[test]
-    fn without_dual_entry_a_phase_is_green_alone_until_the_other_ring_is_called() {
-        let mut plan = placed(Control::Actuated);
-        plan.phases[5].dual_entry = false;
-        let shown = play(&plan, &[(4, 0..12), (8, 20..99)], 60);
-        let alone = ("rrrrrrrrrGGg", 11);
-        assert_eq!(shown, expected(&[(MAIN, 5), (MAIN_ENDS, 4), (RED, 1), alone, (SIDE, 39)]));
-        plan.phases[5].dual_entry = true;
-        assert_eq!(greens(&plan, &[4, 8], &[2, 4], 47), [(4, 25, 20), (8, 25, 20)]);
-    }
-
-    #[test]
-    fn a_shared_lane_does_not_hold_a_phase_that_serves_its_right_turn_alone() {
-        let (scene, mut plan) = (scene(), placed(Control::Actuated));
-        // The right turn of the side street beside the left turns of the main street.
-        plan.phases[3].movements.push("EBR".into());
-        let wired = Wired::new(&plan, &scene, &scene.signals[0]).unwrap();
-        let rings = wired.rings(&timing(&wired.links, &settings()));
-        let lanes = |phase: usize| -> Vec<&str> {
-            rings.phases[phase].detectors.iter().map(|d| scene.lanes[d.lane].id.as_str()).collect()
-        };
-        assert_eq!((lanes(3), lanes(2)), (vec!["in2_1"], vec!["in3_0", "in3_1"]));
-    }
-
-    #[test]
     fn a_phase_that_ends_nothing_is_followed_at_once() {
         let mut plan = placed(Control::Actuated);
         plan.phases = vec![
@@ -502,12 +449,6 @@ mod tests {
         let starts = [("GGrrrrrrrrrr", 5), (all, 5)];
         let first = [(all, 5)];
         assert_eq!(shown, expected(&[&first[..], &ends, &side, &starts, &ends].concat()));
-        // The same as stages of one ring, of which the last one ends nothing.
-        for (phase, place) in plan.phases.iter_mut().zip([3, 1, 2]) {
-            (phase.barrier, phase.position) = (1, place);
-        }
-        assert_eq!(plan.check(), Ok(vec![]));
-        assert_eq!(play(&plan, &[], 35), shown);
     }
 
     #[test]
@@ -524,18 +465,9 @@ mod tests {
         for phase in [1, 2] {
             plan.phases[phase].recall = Recall::Max;
         }
-        let shown = play_full(&plan, 50);
+        let shown = play(&plan, &[(2, 0..99), (4, 0..99)], 50);
         let cycle = [(MAIN, 20), (MAIN_ENDS, 4), (RED, 1), (SIDE, 20), (SIDE_ENDS, 4), (RED, 1)];
         assert_eq!(shown, expected(&cycle));
-    }
-
-    /// Plays without vehicles; phases with maximum recall are prolonged as the signal does it.
-    fn play_full(plan: &ExistingPlan, seconds: usize) -> Vec<(String, usize)> {
-        let full: Vec<On> = (plan.phases.iter())
-            .filter(|p| p.recall == Recall::Max)
-            .map(|p| (p.number, 0..usize::MAX))
-            .collect();
-        play(plan, &full, seconds)
     }
 
     #[test]
@@ -557,29 +489,9 @@ mod tests {
         vehicles: &[u32],
         seconds: u32,
     ) -> Vec<(u32, u32, u32)> {
-        let mut rings = rings(plan);
-        let seen: Vec<bool> =
-            rings.plan().phases.iter().map(|p| vehicles.contains(&p.number)).collect();
-        let seen = Seen { calls: seen.clone(), extends: seen, walk_s: Vec::new() };
-        let mut since = vec![None; plan.phases.len()];
-        let mut ended = Vec::new();
-        for second in 0..seconds {
-            let green: Vec<usize> = rings.green_phases().collect();
-            for (phase, since) in since.iter_mut().enumerate() {
-                let number = plan.phases[phase].number;
-                match *since {
-                    None if green.contains(&phase) => *since = Some(second),
-                    Some(begin) if !green.contains(&phase) => {
-                        *since = None;
-                        if numbers.contains(&number) {
-                            ended.push((number, begin, second - begin));
-                        }
-                    }
-                    _ => {}
-                }
-            }
-            rings.second(&seen);
-        }
+        let on = |number: u32, _| vehicles.contains(&number);
+        let mut ended = testing::greens(&mut rings(plan), &on, seconds);
+        ended.retain(|(number, ..)| numbers.contains(number));
         ended
     }
 
@@ -628,28 +540,11 @@ mod tests {
         assert_eq!(greens(&plan, &[2, 6], &[4, 8], 30), [(2, 0, 21), (6, 0, 21)]);
     }
 
-    #[test]
-    fn a_phase_that_waits_for_the_other_ring_may_cross_although_a_cycle_begins() {
-        let mut plan = placed(Control::Coordinated);
-        // Phase 6 is not coordinated, and ends 2 s before phase 2.
-        plan.reference = vec![2];
-        plan.phases[4].yielding.push("SBL".into());
-        (plan.phases[4].yellow_s, plan.phases[4].inhibit_max) = (5.5, true);
-        plan.phases[4].max_green_s = 18.0;
-        assert_eq!(greens(&plan, &[2, 6], &[4, 6, 8], 30), [(2, 0, 19), (6, 0, 19)]);
-    }
-
     /// Left turn 1 lags, so that phase 2 ends 12 s before phase 6.
     fn lead_lag() -> ExistingPlan {
         let mut plan = placed(Control::Coordinated);
         (plan.phases[0].position, plan.phases[1].position) = (2, 1);
         plan
-    }
-
-    #[test]
-    fn a_coordinated_phase_keeps_its_green_while_that_of_the_other_ring_may_end() {
-        let all = [(2, 0, 32), (6, 0, 32), (4, 37, 20), (2, 62, 32), (6, 62, 32), (4, 99, 20)];
-        assert_eq!(greens(&lead_lag(), &[2, 4, 6], &[4, 8], 120), all);
     }
 
     #[test]
@@ -659,18 +554,6 @@ mod tests {
         let ended = greens(&plan, &[2, 6], &[4, 5, 6, 8], 120);
         // Phase 2 may end after 32 s, and waits for the longest green of phase 6.
         assert_eq!(ended, [(2, 0, 20), (6, 0, 20), (2, 50, 33), (6, 63, 20)]);
-    }
-
-    #[test]
-    fn a_lagging_left_turn_is_served_beside_a_through_phase_that_has_reached_its_longest_green() {
-        for control in [Control::Coordinated, Control::Actuated] {
-            let mut plan = ExistingPlan { control, ..lead_lag() };
-            plan.reference.retain(|number| *number == 2);
-            let seconds = 310;
-            let ended = greens(&plan, &[1, 4], &[1, 2, 4, 6, 8], seconds);
-            let count = |number: u32| ended.iter().filter(|(n, ..)| *n == number).count();
-            assert!(count(4) >= 4 && count(1) + 1 >= count(4), "{control:?}: {ended:?}");
-        }
     }
 
     #[test]
@@ -703,7 +586,7 @@ mod tests {
         }
         for plan in [lead_lead, lead_lag(), lag_lag, one_ring, split, long, unequal] {
             let mut rings = rings(&plan);
-            let cycle_s = rings.plan().coordination.as_ref().unwrap().cycle_s;
+            let cycle_s = rings.plan.coordination.as_ref().unwrap().cycle_s;
             let mut waited_s = vec![0; plan.phases.len()];
             for second in 0..20 * cycle_s {
                 // Everybody comes once a cycle, each a little later than in the cycle before.
@@ -714,9 +597,8 @@ mod tests {
                         if green { 0 } else { *waited_s + u32::from(comes || *waited_s > 0) };
                     assert!(*waited_s <= 2 * cycle_s, "{second} s: phase {phase} of {plan:#?}");
                 }
-                let calls = waited_s.iter().map(|s| *s > 0).collect();
-                let extends = waited_s.iter().map(|s| *s > 0).collect();
-                rings.second(&Seen { calls, extends, walk_s: Vec::new() });
+                let of = |s: &u32| Seen { calls: *s > 0, extends: *s > 0, walk_s: None };
+                rings.second(&waited_s.iter().map(of).collect::<Vec<_>>());
             }
         }
     }

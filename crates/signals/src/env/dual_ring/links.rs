@@ -7,6 +7,8 @@
 //!   gives it right of way beside them, or SUMO says that their vehicles never meet, as a right turn into a lane of
 //!   its own.
 
+use std::collections::BTreeSet;
+
 use osm_signals::Turn;
 
 use crate::env::movements::turn_of;
@@ -41,11 +43,14 @@ pub(super) struct Links {
     pub(super) arrows_only: bool,
     /// Greens that the programs have.
     pub(super) states: Vec<String>,
-    together: Vec<Set>,
-    free: Vec<Set>,
-    yields: Vec<Set>,
+    /// By link those that may be green beside it.
+    pub(super) together: Vec<Set>,
+    /// By link those that may have right of way as it does.
+    pub(super) free: Vec<Set>,
+    /// By link those to which it yields.
+    pub(super) yields: Vec<Set>,
     /// Links that no green gives right of way.
-    minor: Set,
+    pub(super) minor: Set,
 }
 
 impl Links {
@@ -55,6 +60,7 @@ impl Links {
         let mut headings = Vec::new();
         let mut mixed = false;
         let mut cars = Vec::new();
+        let rank = |turn| [Turn::Right, Turn::Left, Turn::Through].iter().position(|t| *t == turn);
         for links in &signal.links {
             let mut car: Option<Car> = None;
             for link in links {
@@ -135,16 +141,6 @@ impl Links {
         self.cars.len()
     }
 
-    /// Whether two links may be green together.
-    pub(super) fn together(&self, a: usize, b: usize) -> bool {
-        self.together[a].contains(b)
-    }
-
-    /// Whether two links may both have right of way.
-    pub(super) fn free(&self, a: usize, b: usize) -> bool {
-        self.free[a].contains(b)
-    }
-
     pub(super) fn set(&self, links: impl IntoIterator<Item = usize>) -> Set {
         let mut set = Set::with_capacity(self.count());
         set.extend(links);
@@ -156,26 +152,8 @@ impl Links {
         others.is_subset(&self.together[link])
     }
 
-    pub(super) fn yields(&self, link: usize, to: usize) -> bool {
-        self.yields[link].contains(to)
-    }
-
-    pub(super) fn yields_of(&self, link: usize) -> &Set {
-        &self.yields[link]
-    }
-
     pub(super) fn yields_to(&self, link: usize, others: &Set) -> bool {
         !self.yields[link].is_disjoint(others)
-    }
-
-    /// Whether a link is a left turn that yields to some of others: it must not see yellow beside their green.
-    pub(super) fn is_trapped(&self, link: usize, others: &Set) -> bool {
-        self.turn(link) == Some(Turn::Left) && self.yields_to(link, others)
-    }
-
-    /// Whether no green gives a link right of way.
-    pub(super) fn always_yields(&self, link: usize) -> bool {
-        self.minor.contains(link)
     }
 
     /// Returns the links of an approach.
@@ -189,13 +167,21 @@ impl Links {
         self.cars[link].as_ref().map(|car| car.turn)
     }
 
-    fn turns_of_lane(&self, lane: usize) -> impl Iterator<Item = Turn> + '_ {
+    pub(super) fn is_lane_for(&self, lane: usize, turn: Turn) -> bool {
         let cars = self.cars.iter().flatten();
-        cars.filter(move |car| car.lanes.contains(&lane)).map(|car| car.turn)
+        cars.filter(|car| car.lanes.contains(&lane)).all(|car| car.turn == turn)
     }
 
-    pub(super) fn is_lane_for(&self, lane: usize, turn: Turn) -> bool {
-        self.turns_of_lane(lane).all(|t| t == turn)
+    /// Returns the links of a lane.
+    pub(super) fn on_lane(&self, lane: usize) -> Vec<usize> {
+        let is = |link: &usize| self.cars[*link].as_ref().is_some_and(|c| c.lanes.contains(&lane));
+        (0..self.count()).filter(is).collect()
+    }
+
+    /// Returns the lanes of some links, ascending.
+    pub(super) fn lanes(&self, links: impl IntoIterator<Item = usize>) -> BTreeSet<usize> {
+        let cars = links.into_iter().filter_map(|link| self.cars[link].as_ref());
+        cars.flat_map(|car| car.lanes.iter().copied()).collect()
     }
 
     /// Returns the letters of greens: `g` for those that yield to another that is green or coming.
@@ -211,7 +197,7 @@ impl Links {
         let letter = |link: usize| match own {
             _ if !green.contains(link) => 'r',
             Some(state) => char::from(state.as_bytes()[link]),
-            None if self.always_yields(link) || self.yields_to(link, &met) => 'g',
+            None if self.minor.contains(link) || self.yields_to(link, &met) => 'g',
             None => 'G',
         };
         (0..self.count()).map(letter).collect()
@@ -220,13 +206,5 @@ impl Links {
     /// Returns the state in which some links are green, and nothing else.
     pub(super) fn plain(&self, green: &Set) -> String {
         (0..self.count()).map(|l| if green.contains(l) { 'G' } else { 'r' }).collect()
-    }
-}
-
-fn rank(turn: Turn) -> u8 {
-    match turn {
-        Turn::Right => 0,
-        Turn::Left => 1,
-        Turn::Through => 2,
     }
 }

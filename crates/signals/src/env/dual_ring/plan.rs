@@ -27,9 +27,11 @@ use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 
 use super::links::Links;
-use super::streets::{Street, is_green, streets};
 use crate::control::dual_ring::{Config, Recall};
-use crate::timing::Timing;
+use crate::timing::{Change, Timing};
+
+/// Least share of an approach's links that are green where it is served.
+const SERVED: f64 = 0.5;
 
 /// How traffic that comes from the right turns, seen by whoever it crosses, degrees.
 const TO_THE_LEFT_DEG: f64 = -90.0;
@@ -45,6 +47,20 @@ pub(super) struct Detector {
     pub(super) calls: bool,
     /// Links that serve it whoever's phase they are green in: it does not call while all of them are.
     pub(super) served_by: Vec<usize>,
+}
+
+impl Detector {
+    pub(super) fn new(
+        links: &Links,
+        lane: usize,
+        config: &Config,
+        calls: bool,
+        served_by: Vec<usize>,
+    ) -> Self {
+        let is_left = links.is_lane_for(lane, Turn::Left);
+        let reach_m = if is_left { config.left_detector_m } else { config.detector_m };
+        Self { lane, reach_m, calls, served_by }
+    }
 }
 
 /// A phase.
@@ -66,8 +82,8 @@ pub(super) struct Phase {
     pub(super) max_s: u32,
     /// Longest green whoever is called, seconds.
     pub(super) limit_s: Option<u32>,
-    /// Yellow and red after it, where nothing else ends with it, seconds.
-    pub(super) change_s: (u32, u32),
+    /// Yellow and red after it, where nothing else ends with it.
+    pub(super) change: Change,
     /// Time without a vehicle after which its green may end, seconds.
     pub(super) passage_s: u32,
     /// Whether it is served in every cycle.
@@ -76,13 +92,6 @@ pub(super) struct Phase {
     pub(super) is_full: bool,
     /// Whether it is green beside the other ring where its own ring has no called phase (dual entry).
     pub(super) enters: bool,
-}
-
-impl Phase {
-    /// Returns yellow and red after it together, seconds.
-    pub(super) fn whole_change_s(&self) -> u32 {
-        self.change_s.0 + self.change_s.1
-    }
 }
 
 /// A cycle that a plan keeps to. Times are counted from when the first of the coordinated phases may end.
@@ -104,6 +113,39 @@ pub(super) struct Coordination {
     pub(super) yields_s: Option<u32>,
     /// Per phase its green, yellow and red in the cycle, seconds; absent for one that is never called.
     pub(super) splits_s: Vec<Option<u32>>,
+}
+
+impl Coordination {
+    /// Returns a cycle in which phases are green from and to these seconds, and the coordinated phase whose end it counts from:
+    /// that after which no other one ends long after.
+    pub(super) fn new(
+        cycle_s: u32,
+        greens_s: &[Option<[u32; 2]>],
+        holds: Vec<bool>,
+    ) -> Option<(usize, Self)> {
+        let after_s = |from_s: u32, to_s: u32| (cycle_s + to_s - from_s % cycle_s) % cycle_s;
+        let end_s = |phase: usize| greens_s[phase].map_or(0, |green| green[1]);
+        let held = || (0..holds.len()).filter(|phase| holds[*phase]);
+        let longest_s =
+            |first: &usize| held().map(|other| after_s(end_s(*first), end_s(other))).max();
+        let first = held().min_by_key(longest_s)?;
+        let in_cycle_s = |(green, holds): (&Option<[u32; 2]>, &bool)| {
+            let Some([begin_s, end_of_green_s]) = *green else { return 0 };
+            let end_s = after_s(end_s(first), end_of_green_s);
+            let goes_on = end_s < end_of_green_s - begin_s && !holds;
+            if goes_on { cycle_s + end_s } else { end_s }
+        };
+        let cycle = Self {
+            cycle_s,
+            ends_s: greens_s.iter().zip(&holds).map(in_cycle_s).collect(),
+            inhibits_max: vec![false; holds.len()],
+            splits_s: vec![None; holds.len()],
+            begins_s: 0,
+            yields_s: None,
+            holds,
+        };
+        Some((first, cycle))
+    }
 }
 
 /// What lies between two barriers: phases per ring, in their order.
@@ -142,19 +184,15 @@ impl Plan {
 
     /// Whether every link for cars has green and phases that may be green together fit.
     fn is_sound(&self, links: &Links) -> bool {
-        let fit = |a: usize, b: usize| {
-            let all = |link: &usize| self.phases[b].links.iter().all(|l| links.together(*link, *l));
-            self.phases[a].links.iter().all(all)
+        let set = |phase: &usize| links.set(self.phases[*phase].links.iter().copied());
+        let fits = |a: &usize, b: &usize| set(a).ones().all(|link| links.fits(link, &set(b)));
+        let fit = |[first, second]: &Side| first.iter().all(|a| second.iter().all(|b| fits(a, b)));
+        let has_green = |link: usize| {
+            self.phases.iter().any(|p| p.links.contains(&link))
+                || self.sides.iter().any(|side| self.at_rest(side, links, link))
         };
-        let sides = self
-            .sides
-            .iter()
-            .all(|[first, second]| first.iter().all(|a| second.iter().all(|b| fit(*a, *b))));
-        sides
-            && (0..links.count()).filter(|l| links.cars[*l].is_some()).all(|link| {
-                self.phases.iter().any(|p| p.links.contains(&link))
-                    || self.sides.iter().any(|side| self.at_rest(side, links, link))
-            })
+        self.sides.iter().all(fit)
+            && (0..links.count()).all(|link| links.cars[link].is_none() || has_green(link))
     }
 
     /// Whether a link is green while a side's last phases are.
@@ -244,12 +282,12 @@ impl Builder<'_> {
         let change = self.timing.change(&self.state(&links), &self.state(&[]));
         let walk_s = longest_s(&crossings);
         let in_every_cycle_s = if self.timing.recalls_pedestrians() { walk_s } else { 0 };
-        let min_s = self.timing.vehicle_green_s(state).max(in_every_cycle_s);
+        let min_s = self.timing.alone_s(state, false).max(in_every_cycle_s);
         let limit_s = self.timing.max_green_s(state);
         Phase {
             number,
             serves,
-            change_s: change.map_or((0, 0), |change| (change.yellow_s, change.all_red_s)),
+            change: change.unwrap_or_default(),
             links,
             detectors: Vec::new(),
             crossings,
@@ -280,7 +318,7 @@ impl Builder<'_> {
             &self.timed(|c| crossings[*c].is_some_and(|a| street.approaches.contains(&a))),
         );
         let limit_s = self.timing.max_green_s(&together).map(|max| max.max(walk_s));
-        let least_s = self.timing.vehicle_green_s(&together).max(walk_s);
+        let least_s = self.timing.alone_s(&together, false).max(walk_s);
         let max_s = within(self.config.max_green_s, limit_s, least_s);
         let serves = if street.approaches.len() == 1 { "approach" } else { "through" };
         let mut side = Side::default();
@@ -299,14 +337,14 @@ impl Builder<'_> {
             let ring = 1 - k;
             let is_left = |link: &usize| links.turn(*link) == Some(Turn::Left);
             let own: Vec<usize> = links.of_approach(approach).filter(is_left).collect();
-            let own_lanes = lanes(links, own.iter().copied()).into_iter();
+            let own_lanes = links.lanes(own.iter().copied()).into_iter();
             let detectors = own_lanes
                 .filter(|lane| links.is_lane_for(*lane, Turn::Left))
-                .map(|lane| self.detector(lane, true, Vec::new()))
+                .map(|lane| Detector::new(links, lane, self.config, true, Vec::new()))
                 .collect();
             let state = self.state(&own);
             let phase = self.phase(numbers[2 * ring], "left", own, &state, Vec::new());
-            let room_s = max_s.saturating_sub(phase.whole_change_s() + plan_min(plan, &side));
+            let room_s = max_s.saturating_sub(phase.change.total_s() + plan_min(plan, &side));
             let max_s = self.config.left_max_green_s.min(room_s).max(phase.min_s);
             plan.phases.push(Phase { detectors, max_s, limit_s, enters: false, ..phase });
             side[ring].insert(0, plan.phases.len() - 1);
@@ -347,46 +385,35 @@ impl Builder<'_> {
         self.links.plain(&self.links.set(green.iter().copied()))
     }
 
-    fn detector(&self, lane: usize, calls: bool, served_by: Vec<usize>) -> Detector {
-        let reach_m = match self.links.is_lane_for(lane, Turn::Left) {
-            true => self.config.left_detector_m,
-            false => self.config.detector_m,
-        };
-        Detector { lane, reach_m, calls, served_by }
-    }
-
     fn detectors(&self, approach: usize, served: &[usize], own_lefts: bool) -> Vec<Detector> {
         let links = self.links;
         let detector = |lane: usize| {
-            let of_lane: Vec<usize> = on_lane(links, lane).collect();
+            let of_lane = links.on_lane(lane);
             let is_other = own_lefts && links.is_lane_for(lane, Turn::Left);
             let is_served = !is_other && of_lane.iter().any(|l| served.contains(l));
             let is_right = links.is_lane_for(lane, Turn::Right);
             let served_by = if is_right { of_lane } else { Vec::new() };
-            is_served.then(|| self.detector(lane, true, served_by))
+            is_served.then(|| Detector::new(links, lane, self.config, true, served_by))
         };
-        lanes(links, links.of_approach(approach)).into_iter().filter_map(detector).collect()
+        links.lanes(links.of_approach(approach)).into_iter().filter_map(detector).collect()
     }
 
     /// Returns the detectors of a stage: lanes that no other serves better.
     fn stage_detectors(&self, place: usize, states: &[&String]) -> Vec<Detector> {
         let links = self.links;
-        let value = |state: &String, lane: usize| {
-            let letter = |link: usize| match state.as_bytes()[link] {
-                b'G' => 2,
-                b'g' => 1,
-                _ => 0,
-            };
-            on_lane(links, lane).map(letter).sum::<u32>()
-        };
         let detector = |lane: usize| {
-            let best = states.iter().map(|s| value(s, lane)).max().filter(|best| *best > 0)?;
-            let first = states.iter().position(|s| value(s, lane) == best);
-            let served_by = on_lane(links, lane).collect();
-            (value(states[place], lane) == best)
-                .then(|| self.detector(lane, first == Some(place), served_by))
+            let of_lane = links.on_lane(lane);
+            let value = |state: &&String| {
+                let letters = of_lane.iter().map(|link| state.as_bytes()[*link]);
+                letters.map(|l| 2 * u32::from(l == b'G') + u32::from(l == b'g')).sum::<u32>()
+            };
+            let best = states.iter().map(value).max().filter(|best| *best > 0)?;
+            let first = states.iter().position(|state| value(state) == best);
+            (value(&states[place]) == best).then(|| {
+                Detector::new(links, lane, self.config, first == Some(place), of_lane.clone())
+            })
         };
-        lanes(links, 0..links.count()).into_iter().filter_map(detector).collect()
+        links.lanes(0..links.count()).into_iter().filter_map(detector).collect()
     }
 }
 
@@ -406,17 +433,107 @@ fn plan_min(plan: &Plan, side: &Side) -> u32 {
     last.map(|phase| phase.min_s.max(longest_s(&phase.crossings))).max().unwrap_or(0)
 }
 
-/// Returns the lanes of some links, ascending.
-pub(super) fn lanes(links: &Links, of: impl Iterator<Item = usize>) -> Vec<usize> {
-    let cars = of.filter_map(|link| links.cars[link].as_ref());
-    let mut lanes: Vec<usize> = cars.flat_map(|car| car.lanes.iter().copied()).collect();
-    lanes.sort_unstable();
-    lanes.dedup();
-    lanes
+/// A street, or an approach alone.
+#[derive(Debug, Clone, PartialEq)]
+struct Street {
+    approaches: Vec<usize>,
+    /// Green of a program that serves it.
+    state: usize,
+    /// Per approach, whether its left turns have a phase of their own.
+    lefts: Vec<bool>,
 }
 
-pub(super) fn on_lane(links: &Links, lane: usize) -> impl Iterator<Item = usize> + '_ {
-    let is =
-        move |link: &usize| links.cars[*link].as_ref().is_some_and(|c| c.lanes.contains(&lane));
-    (0..links.count()).filter(is)
+/// Returns the streets of a signal, the main one first; `None` where an approach has no green that serves it.
+fn streets(links: &Links) -> Option<Vec<Street>> {
+    let approaches = links.headings.len();
+    let mut pairs: Vec<(f64, Street)> = Vec::new();
+    for a in 0..approaches {
+        for b in a + 1..approaches {
+            let turn = turn_degrees(links.headings[a], links.headings[b]).abs();
+            pairs.extend(street(links, a, b).map(|street| ((180.0 - turn).abs().round(), street)));
+        }
+    }
+    // The sort is stable: of pairs that are as opposite the first one.
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut taken = vec![false; approaches];
+    let mut streets = Vec::new();
+    for (_, street) in pairs {
+        if street.approaches.iter().all(|a| !taken[*a]) {
+            street.approaches.iter().for_each(|a| taken[*a] = true);
+            streets.push(street);
+        }
+    }
+    for approach in (0..approaches).filter(|a| !taken[*a]) {
+        let state = best_state(links, &[approach])?;
+        streets.push(Street { approaches: vec![approach], state, lefts: vec![false] });
+    }
+    let lanes = |street: &Street| {
+        links.lanes(street.approaches.iter().flat_map(|a| links.of_approach(*a))).len()
+    };
+    streets.sort_by_key(|s| (std::cmp::Reverse(lanes(s)), s.approaches[0]));
+    Some(streets)
+}
+
+/// Returns the street that two approaches make, if they do.
+fn street(links: &Links, a: usize, b: usize) -> Option<Street> {
+    let state = best_state(links, &[a, b])?;
+    let of = |approach: usize, left: bool| {
+        let is = move |link: &usize| (links.turn(*link) == Some(Turn::Left)) == left;
+        links.of_approach(approach).filter(is).collect::<Vec<usize>>()
+    };
+    let others = links.set(of(b, false));
+    if !of(a, false).iter().all(|link| links.fits(*link, &others)) {
+        return None;
+    }
+    let own = |approach: usize, opposing: usize| {
+        let lefts = of(approach, true);
+        let opposed = |l: &usize| {
+            let meets =
+                |m: &usize| links.yields[*l].contains(*m) || !links.together[*l].contains(*m);
+            of(opposing, false).iter().any(meets)
+        };
+        let has_lane =
+            |l: &usize| links.lanes([*l]).iter().all(|lane| links.is_lane_for(*lane, Turn::Left));
+        let has_arrow = |l: &usize| !links.arrows_only || !links.minor.contains(*l);
+        lefts.iter().any(opposed) && lefts.iter().any(has_lane) && lefts.iter().any(has_arrow)
+    };
+    let mut lefts = vec![own(a, b), own(b, a)];
+    // Two left turns that are only ever permissive together may meet each other.
+    let pair = of(a, true).iter().all(|l| of(b, true).iter().all(|m| links.free[*l].contains(*m)));
+    if lefts == [true, true] && !pair {
+        lefts = vec![false, false];
+    }
+    // A left turn that is not green beside the opposing approach needs its own phase.
+    let green = |link: &usize| is_green(&links.states[state], *link);
+    let served = |approach: usize, own: bool| own || of(approach, true).iter().all(green);
+    (served(a, lefts[0]) && served(b, lefts[1])).then(|| Street {
+        approaches: vec![a, b],
+        state,
+        lefts,
+    })
+}
+
+/// Returns the green of the programs that serves most of some approaches, and all of them.
+fn best_state(links: &Links, approaches: &[usize]) -> Option<usize> {
+    let served = |state: &str, approach: usize| {
+        let ahead = |link: &usize| links.turn(*link) != Some(Turn::Right);
+        let mut counted: Vec<usize> = links.of_approach(approach).filter(ahead).collect();
+        if counted.is_empty() {
+            counted = links.of_approach(approach).collect();
+        }
+        let green = counted.iter().filter(|l| is_green(state, **l)).count();
+        green as f64 / counted.len() as f64
+    };
+    let greens = |state: &str| {
+        let of = |a: &usize| links.of_approach(*a).filter(|l| is_green(state, *l)).count();
+        approaches.iter().map(of).sum::<usize>()
+    };
+    let fit = |state: &String| approaches.iter().all(|a| served(state, *a) >= SERVED);
+    let fitting = links.states.iter().enumerate().filter(|(_, state)| fit(state));
+    // The first of the best.
+    fitting.rev().max_by_key(|(_, state)| greens(state)).map(|(i, _)| i)
+}
+
+fn is_green(state: &str, link: usize) -> bool {
+    matches!(state.as_bytes().get(link), Some(b'G' | b'g'))
 }

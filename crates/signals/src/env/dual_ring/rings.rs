@@ -32,26 +32,19 @@
 use osm_signals::Turn;
 
 use super::links::Links;
-use super::plan::{Coordination, Plan};
+use super::plan::{Coordination, Plan, Side};
 use crate::junction::Set;
 use crate::timing::{Timing, WALK_S};
 
-/// What the detectors of every phase say in a second.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// What the detectors of a phase say in a second.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Seen {
     /// Whether a vehicle calls it.
-    pub(super) calls: Vec<bool>,
+    pub(super) calls: bool,
     /// Whether a vehicle prolongs it.
-    pub(super) extends: Vec<bool>,
-    /// How long those take who wait at its crosswalks, seconds; empty without push buttons.
-    pub(super) walk_s: Vec<Option<u32>>,
-}
-
-impl Seen {
-    /// Returns how long those take who wait at the crosswalks of a phase, seconds; none if nobody does.
-    fn walk_s(&self, phase: usize) -> Option<u32> {
-        self.walk_s.get(phase).copied().flatten()
-    }
+    pub(super) extends: bool,
+    /// How long those take who wait at its crosswalks, seconds; absent without anybody or push buttons.
+    pub(super) walk_s: Option<u32>,
 }
 
 /// The green of a ring.
@@ -103,7 +96,7 @@ struct Late {
 #[derive(Debug, Clone)]
 pub(super) struct Rings {
     links: Links,
-    plan: Plan,
+    pub(super) plan: Plan,
     timing: Timing,
     /// Per phase its links.
     of: Vec<Set>,
@@ -115,12 +108,13 @@ pub(super) struct Rings {
     clock_s: u32,
     /// Per phase, for how long it has been called without being green, seconds.
     waits_s: Vec<u32>,
-    green: Set,
+    pub(super) green: Set,
     /// Yellow that is left per link, seconds.
     yellow_s: Vec<u32>,
     /// Yellow and red that is left per link, seconds.
     clearing_s: Vec<u32>,
-    shown: String,
+    /// What is shown now.
+    pub(super) shown: String,
 }
 
 impl Rings {
@@ -129,16 +123,16 @@ impl Rings {
     pub(super) fn new(links: Links, plan: Plan, timing: Timing) -> Self {
         let count = links.count();
         let holds = |phase: &&usize| plan.holds(**phase);
-        let side = plan.sides.iter().position(|side| side.iter().flatten().any(|p| holds(&p)));
-        let side = side.unwrap_or_default();
+        let has_held = |side: &Side| side.iter().flatten().any(|p| holds(&p));
+        let side = plan.sides.iter().position(has_held).unwrap_or_default();
         let stages = plan.sides[side].each_ref().map(|ring| {
             let enters = |p: &&usize| plan.phases[**p].enters;
             let first = ring.iter().find(holds).or_else(|| ring.iter().find(enters));
             Stage::begin(first.or(ring.last()).copied())
         });
-        let of = |phase: &super::plan::Phase| links.set(phase.links.iter().copied());
+        let of = plan.phases.iter().map(|phase| links.set(phase.links.iter().copied()));
         let mut rings = Self {
-            of: plan.phases.iter().map(of).collect(),
+            of: of.collect(),
             clock_s: plan.coordination.as_ref().map_or(0, |c| c.begins_s),
             waits_s: vec![0; plan.phases.len()],
             green: links.set([]),
@@ -155,19 +149,6 @@ impl Rings {
         rings.light();
         rings.shown = rings.state();
         rings
-    }
-
-    pub(super) fn plan(&self) -> &Plan {
-        &self.plan
-    }
-
-    /// Returns what is shown now.
-    pub(super) fn shown(&self) -> &str {
-        &self.shown
-    }
-
-    pub(super) fn all_green(&self, links: &[usize]) -> bool {
-        links.iter().all(|link| self.green.contains(*link))
     }
 
     fn greens(&self) -> impl Iterator<Item = &Green> + '_ {
@@ -191,7 +172,7 @@ impl Rings {
     /// Whether a link yields in a phase to what is green in it, or may be beside it in the other ring.
     pub(super) fn yields(&self, link: usize, phase: usize, other_ring: &[usize]) -> bool {
         let mut phases = other_ring.iter().chain([&phase]);
-        self.links.always_yields(link) || phases.any(|p| self.links.yields_to(link, &self.of[*p]))
+        self.links.minor.contains(link) || phases.any(|p| self.links.yields_to(link, &self.of[*p]))
     }
 
     /// Returns what is green when a phase is alone.
@@ -199,9 +180,8 @@ impl Rings {
         self.links.letters(&self.of[phase], &self.links.set([]))
     }
 
-    /// Lets a second go by, at the end of which the detectors see something, and returns what is shown from then
-    /// on, if it is something else.
-    pub(super) fn second(&mut self, seen: &Seen) -> Option<&str> {
+    /// Lets a second go by, at the end of which the detectors of the phases see something.
+    pub(super) fn second(&mut self, seen: &[Seen]) {
         let mut moves = self.clearing_s.iter().any(|s| *s > 0);
         self.elapse(seen);
         moves |= self.follow();
@@ -215,31 +195,28 @@ impl Rings {
             }
             self.walk(seen);
         }
-        if !moves {
-            return None;
+        if moves {
+            self.light();
+            self.shown = self.state();
         }
-        self.light();
-        let state = self.state();
-        let before = std::mem::replace(&mut self.shown, state);
-        (self.shown != before).then_some(&self.shown)
     }
 
-    fn elapse(&mut self, seen: &Seen) {
+    fn elapse(&mut self, seen: &[Seen]) {
         for stage in &mut self.stages {
             match stage {
                 Stage::Idle => {}
                 Stage::Green(green) => {
                     green.for_s += 1;
-                    green.gap_s = if seen.extends[green.phase] { 0 } else { green.gap_s + 1 };
+                    green.gap_s = if seen[green.phase].extends { 0 } else { green.gap_s + 1 };
                 }
                 Stage::Change { left_s, .. } => *left_s = left_s.saturating_sub(1),
             }
         }
         if let Some(cycle) = &self.plan.coordination {
             self.clock_s = (self.clock_s + 1) % cycle.cycle_s;
-            let waits = |phase: usize| self.is_called(phase, seen) && !self.is_green(phase);
             let waits_s = self.waits_s.iter().enumerate();
-            self.waits_s = waits_s.map(|(p, s)| if waits(p) { s + 1 } else { 0 }).collect();
+            let next_s = |(p, s)| if self.waits(p, seen) { s + 1 } else { 0 };
+            self.waits_s = waits_s.map(next_s).collect();
         }
         let late = self.late.iter_mut().map(|late| &mut late.left_s);
         let clocks = self.yellow_s.iter_mut().chain(&mut self.clearing_s).chain(late);
@@ -263,13 +240,13 @@ impl Rings {
 
     /// Lets those begin to walk who wait at the crosswalks of what is green, if it may still last as long as they
     /// take.
-    fn walk(&mut self, seen: &Seen) {
+    fn walk(&mut self, seen: &[Seen]) {
         for ring in 0..2 {
             let Some(green) = self.green_of(ring) else { continue };
             let is_over = green.walk.is_none_or(|(_, end_s)| green.for_s >= end_s);
             let has_room =
                 |s: &u32| green.for_s == 0 || self.greens().all(|g| *s <= self.left_s(g));
-            let takes_s = seen.walk_s(green.phase).filter(|s| is_over && has_room(s));
+            let takes_s = seen[green.phase].walk_s.filter(|s| is_over && has_room(s));
             if let (Some(takes_s), Stage::Green(green)) = (takes_s, &mut self.stages[ring]) {
                 green.walk = Some((green.for_s, green.for_s + takes_s));
             }
@@ -318,8 +295,8 @@ impl Rings {
         let Some(cycle) = &self.plan.coordination else { return true };
         let Some(split_s) = cycle.splits_s[phase] else { return false };
         let own = &self.plan.phases[phase];
-        let before_s = self.green_phases().map(|p| self.plan.phases[p].whole_change_s()).max();
-        let least_s = if own.min_s + own.whole_change_s() < split_s { own.min_s } else { 0 };
+        let before_s = self.green_phases().map(|p| self.plan.phases[p].change.total_s()).max();
+        let least_s = if own.min_s + own.change.total_s() < split_s { own.min_s } else { 0 };
         cycle.holds[phase]
             || self.waits_s[phase] >= cycle.cycle_s
             || self.clock_s + before_s.unwrap_or(0) + least_s <= self.end_s(cycle, phase, 0)
@@ -368,14 +345,14 @@ impl Rings {
         self.cabinet_cycle()?;
         (0..2).find_map(|ring| {
             let (own, other) = (self.green_of(ring)?, self.green_of(1 - ring)?);
-            let change_s = |green: &Green| self.plan.phases[green.phase].whole_change_s();
+            let change_s = |green: &Green| self.plan.phases[green.phase].change.total_s();
             let left_s = self.left_s(other);
             let is_due = left_s > 0 && left_s + change_s(other) <= change_s(own);
             let is_fair = other.for_s + left_s >= self.least_s(other);
             let others = &self.of[other.phase];
-            let is_trapped =
-                |link: usize| !others.contains(link) && self.links.is_trapped(link, others);
-            let is_trap = || self.of[own.phase].ones().any(is_trapped);
+            let is_left = |link: &usize| self.links.turn(*link) == Some(Turn::Left);
+            let mut lefts = self.of[own.phase].difference(others).filter(is_left);
+            let mut is_trap = || lefts.any(|link| self.links.yields_to(link, others));
             (is_due && is_fair && self.may_cross(ring) && !is_trap()).then_some((ring, left_s))
         })
     }
@@ -389,23 +366,20 @@ impl Rings {
         true
     }
 
-    fn is_called(&self, phase: usize, seen: &Seen) -> bool {
-        seen.calls[phase] || self.plan.phases[phase].recall
-    }
-
-    fn is_green(&self, phase: usize) -> bool {
-        self.green_phases().any(|green| green == phase)
+    fn is_called(&self, phase: usize, seen: &[Seen]) -> bool {
+        seen[phase].calls || self.plan.phases[phase].recall
     }
 
     /// Whether a phase is called and not served.
-    fn waits(&self, phase: usize, seen: &Seen) -> bool {
-        self.is_called(phase, seen) && !self.is_green(phase) && self.fits(phase)
+    fn waits(&self, phase: usize, seen: &[Seen]) -> bool {
+        self.is_called(phase, seen) && self.green_phases().all(|green| green != phase)
     }
 
     /// Returns the phase of a ring to which it can go on within the side.
-    fn successor(&self, ring: usize, seen: &Seen) -> Option<usize> {
+    fn successor(&self, ring: usize, seen: &[Seen]) -> Option<usize> {
         let order = &self.plan.sides[self.side][ring];
-        let called = |phases: &[usize]| phases.iter().copied().find(|next| self.waits(*next, seen));
+        let waits = |next: &usize| self.waits(*next, seen) && self.fits(*next);
+        let called = |phases: &[usize]| phases.iter().copied().find(waits);
         match &self.stages[ring] {
             // In a cabinet the last phase of the other ring stays green for as long as this ring goes on, its longest green or not.
             Stage::Idle if self.plan.is_existing => called(order),
@@ -422,17 +396,17 @@ impl Rings {
 
     /// Whether a phase of a ring can begin after another one, and last its least, before the other ring's last phase
     /// has been green for its longest.
-    fn has_room(&self, ring: usize, phase: usize, next: usize, seen: &Seen) -> bool {
+    fn has_room(&self, ring: usize, phase: usize, next: usize, seen: &[Seen]) -> bool {
         let last = self.plan.sides[self.side][1 - ring].last();
         let Some(other) = self.green_of(1 - ring).filter(|g| last == Some(&g.phase)) else {
             return true;
         };
-        let least_s = self.plan.phases[next].min_s.max(seen.walk_s(next).unwrap_or(0));
-        self.plan.phases[phase].whole_change_s() + least_s <= self.left_s(other)
+        let least_s = self.plan.phases[next].min_s.max(seen[next].walk_s.unwrap_or(0));
+        self.plan.phases[phase].change.total_s() + least_s <= self.left_s(other)
     }
 
     /// Lets rings go on within their side, and says whether one did.
-    fn advance(&mut self, seen: &Seen) -> bool {
+    fn advance(&mut self, seen: &[Seen]) -> bool {
         let mut any = false;
         for ring in 0..2 {
             let next =
@@ -446,11 +420,10 @@ impl Rings {
     }
 
     /// Returns the side that is called next; this one, if it is called from its beginning.
-    fn called_side(&self, seen: &Seen) -> Option<usize> {
+    fn called_side(&self, seen: &[Seen]) -> Option<usize> {
         let count = self.plan.sides.len();
-        let called = |side: &usize| {
-            self.plan.sides[*side].iter().flatten().any(|phase| self.waits(*phase, seen))
-        };
+        let waits = |phase: &usize| self.waits(*phase, seen) && self.fits(*phase);
+        let called = |side: &usize| self.plan.sides[*side].iter().flatten().any(waits);
         let next = |k: usize| (self.side + k) % count;
         (1..=count).map(next).find(called).or_else(|| {
             // The limit holds even if nobody waits.
@@ -461,19 +434,16 @@ impl Rings {
     }
 
     /// Lets both rings cross the barrier if they may, and says whether they do.
-    fn cross(&mut self, seen: &Seen) -> bool {
+    fn cross(&mut self, seen: &[Seen]) -> bool {
         let goes_on = (0..2).any(|ring| self.successor(ring, seen).is_some());
         let Some(side) = self.called_side(seen).filter(|_| self.late.is_none() && !goes_on) else {
             return false;
         };
-        let alone = match self.may_cross_together() {
-            true => None,
-            false if side == self.side => return false,
-            false => match self.first_to_cross() {
-                None => return false,
-                alone => alone,
-            },
-        };
+        let together = self.may_cross_together();
+        let alone = if together || side == self.side { None } else { self.first_to_cross() };
+        if !together && alone.is_none() {
+            return false;
+        }
         let nexts = self.plan.sides[side].each_ref().map(|order| {
             let called = |p: &&usize| self.is_called(**p, seen) && self.fits(**p);
             let enters = |p: &&usize| self.plan.phases[**p].enters;
@@ -544,7 +514,7 @@ impl Rings {
             let ends =
                 before.difference(&after).filter(|l| self.links.turn(*l) == Some(Turn::Left));
             let mut trap = self.links.set([]);
-            ends.for_each(|link| trap.union_with(self.links.yields_of(link)));
+            ends.for_each(|link| trap.union_with(&self.links.yields[link]));
             trap.intersect_with(&after);
             if trap.is_clear() {
                 return self.end(&before, after, changes, &old);
@@ -571,19 +541,19 @@ impl Rings {
         changes: &[(usize, Option<usize>)],
         old: &[(usize, usize)],
     ) {
-        let longest = |phases: &mut dyn Iterator<Item = usize>| {
-            let changes_s = phases.map(|p| self.plan.phases[p].change_s);
-            changes_s.fold((0, 0), |(yellow, whole), (y, red)| (yellow.max(y), whole.max(y + red)))
+        let longest = |is: &dyn Fn(usize) -> bool| {
+            let ending = old.iter().filter(|(_, phase)| is(*phase));
+            let changes = ending.map(|(_, phase)| self.plan.phases[*phase].change);
+            changes.fold((0, 0), |(y, all), c| (c.yellow_s.max(y), c.total_s().max(all)))
         };
         let change = self.timing.change(&self.links.plain(before), &self.links.plain(&after));
         let of_all = change.map_or((0, 0), |c| (c.yellow_s, c.total_s()));
         for link in before.difference(&after) {
-            let ending = || old.iter().map(|(_, phase)| *phase);
             (self.yellow_s[link], self.clearing_s[link]) = match self.plan.is_existing {
                 false => of_all,
-                true => match longest(&mut ending().filter(|p| self.of[*p].contains(link))) {
+                true => match longest(&|phase| self.of[phase].contains(link)) {
                     // What ends although its phase goes on ends with those that do.
-                    (0, 0) => longest(&mut ending()),
+                    (0, 0) => longest(&|_| true),
                     of_link => of_link,
                 },
             };
@@ -591,17 +561,13 @@ impl Rings {
         let (_, coming) = self.claimed();
         for &(ring, _) in changes {
             let phase = old.iter().find(|(of, _)| *of == ring).map(|(_, phase)| *phase);
-            let whole_s = |phase: usize| self.plan.phases[phase].whole_change_s();
+            let is_existing = self.plan.is_existing;
             // A left turn that stays green but loses its right of way takes its change as well.
             let loses = |l: usize| after.contains(l) && self.links.yields_to(l, &coming);
-            let takes_s = match self.plan.is_existing {
-                true => phase.map_or(0, whole_s),
-                false => phase
-                    .filter(|phase| self.of[*phase].ones().any(loses))
-                    .map_or(of_all.1, |phase| of_all.1.max(whole_s(phase))),
-            };
+            let takes = phase.filter(|p| is_existing || self.of[*p].ones().any(loses));
+            let own_s = takes.map_or(0, |phase| self.plan.phases[phase].change.total_s());
             if let Stage::Change { left_s, .. } = &mut self.stages[ring] {
-                *left_s = takes_s;
+                *left_s = if is_existing { own_s } else { own_s.max(of_all.1) };
             }
         }
         self.green = after;
@@ -643,7 +609,8 @@ impl Rings {
     /// Whether a link may be green beside others, and none of them would yield to it.
     fn is_free(&self, link: usize, sets: &[&Set]) -> bool {
         sets.iter().all(|others| {
-            self.links.fits(link, others) && !others.ones().any(|o| self.links.yields(o, link))
+            self.links.fits(link, others)
+                && !others.ones().any(|o| self.links.yields[o].contains(link))
         })
     }
 
@@ -662,10 +629,7 @@ impl Rings {
 
     fn state(&self) -> String {
         let letters = self.links.letters(&self.green, &self.claimed().1);
-        let letter = |(link, letter)| match letter {
-            'r' if self.yellow_s[link] > 0 => 'y',
-            letter => letter,
-        };
-        letters.chars().enumerate().map(letter).collect()
+        let letter = |(c, yellow_s): (char, &u32)| if c == 'r' && *yellow_s > 0 { 'y' } else { c };
+        letters.chars().zip(&self.yellow_s).map(letter).collect()
     }
 }

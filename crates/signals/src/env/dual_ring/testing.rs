@@ -100,14 +100,41 @@ pub(super) fn play(rings: &mut Rings, vehicles: &[On], seconds: usize) -> Vec<(S
     let mut shown: Vec<(String, usize)> = Vec::new();
     for second in 0..seconds {
         match shown.last_mut() {
-            Some((state, count)) if state == rings.shown() => *count += 1,
-            _ => shown.push((rings.shown().to_owned(), 1)),
+            Some((state, count)) if *state == rings.shown => *count += 1,
+            _ => shown.push((rings.shown.clone(), 1)),
         }
         let on = |number: u32| vehicles.iter().any(|(p, at)| *p == number && at.contains(&second));
-        let seen: Vec<bool> = rings.plan().phases.iter().map(|p| on(p.number)).collect();
-        rings.second(&Seen { calls: seen.clone(), extends: seen, walk_s: Vec::new() });
+        rings.second(&seen(rings, &on));
     }
     shown
+}
+
+/// Returns what detectors see of vehicles on those of some phases, by number.
+pub(super) fn seen(rings: &Rings, on: &dyn Fn(u32) -> bool) -> Vec<Seen> {
+    let of = |on| Seen { calls: on, extends: on, walk_s: None };
+    rings.plan.phases.iter().map(|phase| of(on(phase.number))).collect()
+}
+
+/// Returns the greens that have ended, with vehicles on phases by number and second: number, first second and length.
+pub(super) fn greens(
+    rings: &mut Rings,
+    on: &dyn Fn(u32, u32) -> bool,
+    seconds: u32,
+) -> Vec<(u32, u32, u32)> {
+    let mut since = vec![None; rings.plan.phases.len()];
+    let mut ended = Vec::new();
+    for second in 0..seconds {
+        let green: Vec<usize> = rings.green_phases().collect();
+        for (phase, since) in since.iter_mut().enumerate() {
+            if green.contains(&phase) {
+                since.get_or_insert(second);
+            } else if let Some(begin) = since.take() {
+                ended.push((rings.plan.phases[phase].number, begin, second - begin));
+            }
+        }
+        rings.second(&seen(rings, &|number| on(number, second + 1)));
+    }
+    ended
 }
 
 pub(super) fn expected(states: &[(&str, usize)]) -> Vec<(String, usize)> {
