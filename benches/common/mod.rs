@@ -7,9 +7,7 @@ use tsc_family::traffic::env::{SignalEnv, World};
 use tsc_family::traffic::network::build::{BuildOptions, build_all};
 use tsc_family::traffic::network::demand::DemandSpec;
 use tsc_family::traffic::network::intersection::IntersectionSpec;
-use tsc_family::traffic::settings::{
-    DemandSettings, NetworkSettings, SignalSettings, SimulationSettings, SixFeatures,
-};
+use tsc_family::traffic::settings::{SignalSettings, SimulationSettings, SixFeatures, defaults};
 use tsc_family::traffic::sim::libsumo::SumoSim;
 
 /// Returns the median.
@@ -25,16 +23,7 @@ pub(crate) fn network(folder: &Path, inflow_vph: f64) -> PathBuf {
     let features = SixFeatures::from_array([5.0, 35.0, 300.0, inflow_vph, 1.0, 0.0]);
     let spec = IntersectionSpec::from_six_features(&point, &features, 0.0, DrivingSide::Right);
     let out = folder.join("networks");
-    build_all(
-        &[spec],
-        &NetworkSettings::default(),
-        &DemandSettings::default(),
-        &SignalSettings::default(),
-        &out,
-        BuildOptions::default(),
-        &|_| {},
-    )
-    .unwrap();
+    build_all(&[spec], &defaults(), &out, BuildOptions::default(), &|_| {}).unwrap();
     out.join(&point).join(format!("{point}.sumocfg"))
 }
 

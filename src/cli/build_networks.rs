@@ -15,10 +15,10 @@ use crate::files::quoted;
 use crate::traffic::city::counted::{CountedRequest, counted};
 use crate::traffic::city::folder::{APPROACHES_FILE, default_folder};
 use crate::traffic::family::load::LoadedScenario;
-use crate::traffic::network::build::{BuildOptions, BuildSummary};
+use crate::traffic::network::build::{BuildOptions, BuildSummary, build_all};
 use crate::traffic::network::intersection::{IntersectionSpec, intersections};
 use crate::traffic::network_files::NetworkFiles;
-use crate::traffic::problem::{self, networks};
+use crate::traffic::problem::networks;
 use crate::traffic::turning::{self, Period};
 use crate::traffic::utdf::{Utdf, read_plans};
 
@@ -225,7 +225,7 @@ pub(super) fn build(
     quiet: bool,
 ) -> anyhow::Result<BuildSummary> {
     let done = Counted::new(specs.len(), "networks", quiet);
-    let built = problem::build(loaded, specs, out, options, &|point| done.set(point));
+    let built = build_all(specs, &loaded.scenario, out, options, &|point| done.set(point));
     done.finish();
     Ok(built?)
 }

@@ -106,10 +106,10 @@ impl Trainer for Place {
 }
 
 fn build(spec: &IntersectionSpec, networks: &Path) -> NetworkFiles {
-    let Scenario { network, demand, signal, .. } = scenario(spec.side);
     let options = BuildOptions { force: true, leave_out: false };
-    let specs = [spec.clone()];
-    let built = build_all(&specs, &network, &demand, &signal, networks, options, &|_| ()).unwrap();
+    let scenario = scenario(spec.side);
+    let built =
+        build_all(std::slice::from_ref(spec), &scenario, networks, options, &|_| ()).unwrap();
     built.files["p"].clone()
 }
 

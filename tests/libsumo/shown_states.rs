@@ -65,17 +65,15 @@ struct Watch {
 impl Watch {
     fn new(scenario: &Scenario, features: [f64; 6], limits: Limits, folder: &Path) -> Self {
         let networks = folder.join("networks");
-        let Scenario { network, demand, signal, .. } = scenario;
         let features = SixFeatures::from_array(features);
         let spec = IntersectionSpec::from_six_features(
             "p",
             &features,
-            demand.approach_spread,
+            scenario.demand.approach_spread,
             DrivingSide::Right,
         );
         let options = BuildOptions { force: true, leave_out: false };
-        let built =
-            build_all(&[spec], network, demand, signal, &networks, options, &|_| ()).unwrap();
+        let built = build_all(&[spec], scenario, &networks, options, &|_| ()).unwrap();
         let mut world = generated_world(&built.files["p"]).unwrap();
         let states = folder.join("states.xml");
         let event = format!(
@@ -91,7 +89,7 @@ impl Watch {
         fs::write(&world.config, config).unwrap();
         let env = environment(SumoSim::new().unwrap(), world, scenario, folder);
         let foes = foes(&built.files["p"].net);
-        let turn_on_red = signal.turn_on_red;
+        let turn_on_red = scenario.signal.turn_on_red;
         Self {
             env,
             states,

@@ -16,7 +16,7 @@ use tsc_family::traffic::network::error::NetworkError;
 use tsc_family::traffic::network::intersection::{Arm, IntersectionSpec, intersections};
 use tsc_family::traffic::network::plain::DEFAULT_PROGRAM;
 use tsc_family::traffic::network::validate::validate;
-use tsc_family::traffic::settings::{DemandSettings, NetworkSettings, Scenario, SignalSettings};
+use tsc_family::traffic::settings::{Scenario, defaults};
 use tsc_family::traffic::sim::net_file::NetFile;
 use tsc_family::traffic::sim::net_file::ProgramPhase;
 
@@ -95,16 +95,9 @@ fn build(
     out: &Path,
     force: bool,
 ) -> Result<BuildSummary, NetworkError> {
-    let demand = DemandSettings { horizon_s: 300.0, ..DemandSettings::default() };
-    build_all(
-        specs,
-        &NetworkSettings::default(),
-        &demand,
-        &SignalSettings::default(),
-        out,
-        BuildOptions { force, leave_out: false },
-        &|_| (),
-    )
+    let mut scenario = defaults();
+    scenario.demand.horizon_s = 300.0;
+    build_all(specs, &scenario, out, BuildOptions { force, leave_out: false }, &|_| ())
 }
 
 fn files(folder: &Path) -> BTreeSet<(String, Vec<u8>)> {
@@ -137,10 +130,8 @@ fn every_shape_builds_and_is_sound() {
     let out = tempfile::tempdir().unwrap();
     let done = Mutex::new(BTreeSet::new());
     let progress = |point: &str| assert!(done.lock().unwrap().insert(point.to_owned()));
-    let (network, demand) = (NetworkSettings::default(), DemandSettings::default());
-    let (signal, options) = (SignalSettings::default(), BuildOptions::default());
-    let summary =
-        build_all(&shapes(), &network, &demand, &signal, out.path(), options, &progress).unwrap();
+    let options = BuildOptions::default();
+    let summary = build_all(&shapes(), &defaults(), out.path(), options, &progress).unwrap();
     assert_eq!((summary.built, done.lock().unwrap().len()), (10, 10));
     let mut all = Built::all(out.path()).unwrap();
     all.sort_by(|a, b| a.point.cmp(&b.point));
@@ -179,9 +170,8 @@ fn the_whole_city_builds_under_both_presets_with_the_same_greens() {
             let specs = intersections(&loaded).unwrap();
             let specs: Vec<_> = specs.into_iter().step_by(step * daily).collect();
             let out = tempfile::tempdir().unwrap();
-            let Scenario { network, demand, signal, .. } = &loaded.scenario;
             let options = BuildOptions::default();
-            build_all(&specs, network, demand, signal, out.path(), options, &|_| ()).unwrap();
+            build_all(&specs, &loaded.scenario, out.path(), options, &|_| ()).unwrap();
             let program = |spec: &IntersectionSpec| {
                 let path = out.path().join(format!("{0}/{0}.net.xml", spec.point));
                 let net = NetFile::parse(&fs::read_to_string(path).unwrap()).unwrap();
@@ -248,13 +238,12 @@ fn networks(folder: &Path) -> BTreeSet<(PathBuf, Vec<u8>)> {
 #[test]
 fn a_build_with_other_settings_leaves_networks_as_they_are() {
     let out = tempfile::tempdir().unwrap();
-    let build = |settings: &NetworkSettings, force| {
-        let (demand, signal) = (DemandSettings::default(), SignalSettings::default());
+    let build = |scenario: &Scenario, force| {
         let options = BuildOptions { force, leave_out: false };
-        build_all(&[cross()], settings, &demand, &signal, out.path(), options, &|_| ()).unwrap()
+        build_all(&[cross()], scenario, out.path(), options, &|_| ()).unwrap()
     };
-    let first = NetworkSettings::default();
-    let second = NetworkSettings { default_cycle_s: 30.0, ..first.clone() };
+    let (first, mut second) = (defaults(), defaults());
+    second.network.default_cycle_s = 30.0;
     let shown = || fs::read_to_string(out.path().join("cross/cross.net.xml")).unwrap();
     build(&first, false);
     let (before, first_shown) = (networks(out.path()), shown());

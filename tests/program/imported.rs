@@ -3,7 +3,6 @@
 
 use std::collections::BTreeSet;
 
-use crate::cli_run::netconvert;
 use crate::common::{stderr, stdout};
 use crate::folder::Folder;
 use crate::plans_sumo::delay_s;
@@ -167,42 +166,13 @@ fn what_only_a_change_of_the_files_or_sumo_itself_refuses_is_named_with_the_rest
     folder.write("a.sumocfg", &format!("<c>{PLAIN}</c>"));
     let said = refused(&folder);
     assert!(said.contains("a.sumocfg: no end; pass --end 3600"), "{said}");
-    assert!(said.contains("a.sumocfg: SUMO cannot load it: The edge 'nowhere'"), "{said}");
-    assert!(!said.contains("a newer SUMO"), "no version knows that edge: {said}");
+    assert!(said.contains("a.sumocfg: SUMO cannot load it: "), "{said}");
+    assert!(!said.contains("newer-classes"), "{said}");
     let net = folder.read("n.xml");
     let class = net.replacen("<lane id=\"", "<lane disallow=\"drone\" id=\"", 1);
     folder.write("n.xml", &class);
     let said = refused(&folder);
-    assert!(said.contains("; a newer SUMO may know it"), "{said}");
-    assert!(said.contains("pass --end 3600 --accept newer-classes"), "{said}");
-}
-
-/// Two edges before a delay-based signal whose lengths differ by less than SUMO tells apart: on its detector over both a
-/// build of SUMO with assertions crashes.
-const NEARLY_AS_LONG: [(&str, &str); 2] = [
-    (
-        "n.nod.xml",
-        "<nodes><node id='a' x='-200' y='0'/><node id='b' x='-100' y='0'/><node id='s' x='0' y='-100'/>\
-         <node id='c' x='0' y='0' type='traffic_light' tlType='delay_based'/><node id='d' x='100' y='0'/></nodes>",
-    ),
-    (
-        "n.edg.xml",
-        "<edges><edge id='ab' from='a' to='b' length='50.43'/><edge id='bc' from='b' to='c' length='50.38'/>\
-         <edge id='cd' from='c' to='d'/><edge id='sc' from='s' to='c'/></edges>",
-    ),
-];
-
-#[test]
-fn a_scenario_that_sumo_crashes_on_is_named_with_the_rest() {
-    let folder = Folder::with(&NEARLY_AS_LONG);
-    netconvert(folder.path(), "-n n.nod.xml -e n.edg.xml -o n.xml -X never");
-    folder.write("r.xml", "<routes><trip id='t' depart='0' from='ab' to='cd'/></routes>");
-    configure(&folder, PLAIN);
-    // A build without assertions loads it.
-    if !folder.output("signals a.sumocfg").status.success() {
-        let said = refused(&folder);
-        assert!(said.contains("a.sumocfg: SUMO crashes on it ("), "{said}");
-    }
+    assert!(said.contains("pass --accept newer-classes --end 3600"), "{said}");
 }
 
 fn is_plain(folder: &Folder, results: &str, options: &str) {

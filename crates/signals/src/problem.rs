@@ -11,9 +11,9 @@ use crate::environment::hash_scenario;
 use crate::error::TrafficError;
 use crate::existing::Plans;
 use crate::family::load::LoadedScenario;
-use crate::network::build::{BuildOptions, BuildSummary, build_all};
+use crate::network::build::{BuildOptions, build_all};
 use crate::network::error::NetworkError;
-use crate::network::intersection::{IntersectionSpec, intersections};
+use crate::network::intersection::intersections;
 use crate::network_files::{GENERATED, NetworkFiles};
 use crate::placed::{Placed, placed};
 use crate::settings::Detail;
@@ -246,21 +246,7 @@ pub fn networks(
 ) -> Result<BTreeMap<String, NetworkFiles>, NetworkError> {
     let mut specs = intersections(loaded)?;
     specs.retain(|s| points.contains(s.point.as_str()));
-    Ok(build(loaded, &specs, folder, BuildOptions::default(), done)?.files)
-}
-
-/// Builds the networks of intersections with a scenario's settings.
-/// Fails with [`NetworkError`] as of [`build_all`].
-pub fn build(
-    loaded: &LoadedScenario,
-    specs: &[IntersectionSpec],
-    folder: &Path,
-    options: BuildOptions,
-    done: &(dyn Fn(&str) + Sync),
-) -> Result<BuildSummary, NetworkError> {
-    let scenario = &loaded.scenario;
-    let (network, demand, signal) = (&scenario.network, &scenario.demand, &scenario.signal);
-    build_all(specs, network, demand, signal, folder, options, done)
+    Ok(build_all(&specs, &loaded.scenario, folder, BuildOptions::default(), done)?.files)
 }
 
 fn imported_family(

@@ -1,8 +1,5 @@
 //! The simulator itself: its version, and what it makes of somebody's scenario.
 
-#[cfg(feature = "libsumo")]
-mod first_load;
-
 use std::collections::BTreeMap;
 
 use super::env::derive::DerivedSignal;
@@ -17,10 +14,6 @@ use super::sim::{Scene, SimError};
 /// What SUMO 1.15 says where it has written its reason to standard error.
 #[cfg(feature = "libsumo")]
 const SAID_BEFORE: [&str; 3] = ["Process Error", "Could not parse commandline options.", ""];
-
-/// Words of an error about something that SUMO does not know, but a newer one may.
-#[cfg(feature = "libsumo")]
-const UNKNOWN: [&str; 3] = ["nknown", "vehicle class", "attribute"];
 
 /// What is wrong with a signal that is off at the start of a scenario whose programs change by the clock.
 #[cfg(feature = "libsumo")]
@@ -112,18 +105,11 @@ pub fn load(
     let mut sim = SumoSim::new()?;
     let version = sim.version()?;
     let obstacle = |reason: String| Obstacle::new(intake.path.display().to_string(), reason, None);
-    let said = first_load::first_load(&SumoSim::command_line(&until(first_end_s))?, &version);
-    if let Some(last_line) = &said.crash {
-        return Ok(Err(vec![obstacle(format!(
-            "SUMO crashes on it ({last_line}); take another version of SUMO, or leave out parts of the files to find the one \
-             that it crashes on"
-        ))]));
-    }
     // One without an end is loaded all the same.
     let scene = match sim.start(&until(intake.end_s.max(first_end_s))) {
         Ok(scene) => as_right_hand(scene, driving_side(&intake.config)),
         Err(SimError::Fatal { message, .. } | SimError::Traci { message, .. }) => {
-            return Ok(Err(vec![not_loaded(intake, &message, &said.errors)]));
+            return Ok(Err(vec![not_loaded(intake, &message)]));
         }
         Err(SimError::Config { reason, .. }) => return Ok(Err(vec![obstacle(reason)])),
         Err(e @ SimError::Signal { .. }) => return Ok(Err(vec![obstacle(e.to_string())])),
@@ -156,22 +142,17 @@ pub fn load(
 
 /// Says why SUMO cannot load a scenario.
 #[cfg(feature = "libsumo")]
-fn not_loaded(intake: &Intake, message: &str, errors: &str) -> Obstacle {
+fn not_loaded(intake: &Intake, message: &str) -> Obstacle {
     use super::sim::obstacle::Accept;
 
     let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
-    let reason = match SAID_BEFORE.contains(&message.as_str()) {
-        false => message.as_str(),
-        true if errors.is_empty() => "its reason is above",
-        true => errors,
-    };
-    let is_unknown = UNKNOWN.iter().any(|word| reason.contains(word));
-    let newer = if is_unknown { "; a newer SUMO may know it (docs/install.md)" } else { "" };
-    let reason = format!("SUMO cannot load it: {reason}{newer}");
-    let accepted = intake.given.accept.contains(&Accept::NewerClasses);
+    let is_above = SAID_BEFORE.contains(&message.as_str());
+    let message = if is_above { "its reason is above" } else { message.as_str() };
+    let reason = format!("SUMO cannot load it: {message}");
     let mut files = intake.sources.files.iter().map(|file| &file.scanned.newer_classes);
-    let has_newer = is_unknown && !accepted && files.any(|classes| !classes.is_empty());
-    let accept = has_newer.then_some(Accept::NewerClasses);
+    let has_newer = files.any(|classes| !classes.is_empty());
+    let accept = Accept::NewerClasses;
+    let accept = (has_newer && !intake.given.accept.contains(&accept)).then_some(accept);
     Obstacle::new(intake.path.display().to_string(), reason, accept)
 }
 

@@ -314,9 +314,8 @@ fn with_networks(
             events(Event::Progress { what: Some("networks"), done, total, point });
         };
         progress(0, "");
-        let Scenario { network, demand, signal, .. } = &loaded.scenario;
         let options = BuildOptions { force, leave_out: true };
-        let summary = build_all(&specs, network, demand, signal, &folder, options, &|point| {
+        let summary = build_all(&specs, &loaded.scenario, &folder, options, &|point| {
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, point);
         })?;
         built += summary.built;

@@ -25,19 +25,17 @@
 //! Source: Jayawardana et al. (NeurIPS 2022), section 4, "Fine-tuned Fixed time"; the paper does
 //! not say how it was tuned.
 
-mod search;
 #[cfg(test)]
 mod tests;
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use argmin::core::Executor;
+use argmin::core::{CostFunction, Executor};
 use argmin::solver::neldermead::NelderMead;
 
-use self::search::{Search, SearchState};
 use super::phase_sets::covering;
-use super::webster::{Constants, greens};
+use super::webster::{Constants, greens, within};
 use super::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Setup, SignalSpec, Trainer,
 };
@@ -157,6 +155,18 @@ pub fn budget(simulations: u32, signals: u32) -> u32 {
     (f64::from(simulations) * f64::from(signals).sqrt()).ceil() as u32
 }
 
+/// The search problem: logarithms of greens to mean delay.
+struct Search<'a>(RefCell<&'a mut dyn FnMut(&[f64]) -> f64>);
+
+impl CostFunction for Search<'_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, logs: &Vec<f64>) -> Result<f64, argmin::core::Error> {
+        Ok((self.0.borrow_mut())(logs))
+    }
+}
+
 /// Tuned fixed-time control.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixedTime {
@@ -246,23 +256,13 @@ impl FixedTime {
         flow_vph: &[f64],
         own_delay_s: f64,
     ) -> Result<(), ControlError> {
-        let signal = 0;
         let finals = (FINALISTS * FINAL_SEEDS.len()) as u32;
         let search = budget.saturating_sub(finals);
-        let spec = self.signals[signal].clone();
-        let mut tried: Vec<(f64, Plan)> = Vec::new();
+        let spec = self.signals[0].clone();
         let most_sets = (f64::from(search) * SETS_SHARE).ceil() as usize;
-        for set in covering(&spec).into_iter().take(most_sets) {
-            let plan = self.webster(&spec, set, flow_vph);
-            let delay = self.try_plan(trainer, signal, &plan, SEARCH_SEED)?;
-            tried.push((delay, plan));
-        }
-        for factor in SIMPLEX_FACTORS {
-            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let Some((_, Plan::Cycle(start))) = tried.first().cloned() else { break };
-            let left = search.saturating_sub(tried.len() as u32);
-            tried = self.search(trainer, signal, &start, factor, left, tried)?;
-        }
+        let sets = covering(&spec).into_iter().take(most_sets);
+        let plans = sets.map(|set| self.webster(&spec, set, flow_vph)).collect();
+        let mut tried = self.explore(trainer, 0, Vec::new(), plans, search)?;
         if spec.limits.own_program {
             tried.push((own_delay_s, Plan::Own));
         } else if tried.is_empty() {
@@ -283,18 +283,39 @@ impl FixedTime {
         Plan::Cycle(set.into_iter().map(GreenPhase).zip(greens).collect())
     }
 
-    fn try_plan(
+    /// Tries plans of one signal, searches on from the best cycle with at most so many episodes, and returns all that were
+    /// tried, the best first.
+    fn explore(
         &mut self,
         trainer: &mut dyn Trainer,
         signal: usize,
-        plan: &Plan,
-        seed: u32,
-    ) -> Result<f64, ControlError> {
-        self.plans[signal] = plan.clone();
-        Ok(self.run(trainer, seed)?.delay_s)
+        mut tried: Vec<(f64, Plan)>,
+        plans: Vec<Plan>,
+        budget: u32,
+    ) -> Result<Vec<(f64, Plan)>, ControlError> {
+        // What it begins with cost nothing.
+        let free = tried.len();
+        for plan in plans {
+            if !tried.iter().any(|(_, other)| *other == plan) {
+                self.plans[signal] = plan.clone();
+                tried.push((self.run(trainer, SEARCH_SEED)?.delay_s, plan));
+            }
+        }
+        for factor in SIMPLEX_FACTORS {
+            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let cycle = tried.iter().find_map(|(_, plan)| match plan {
+                Plan::Cycle(greens) => Some(greens.clone()),
+                Plan::Own => None,
+            });
+            let Some(cycle) = cycle else { break };
+            let left = budget.saturating_sub((tried.len() - free) as u32);
+            self.search(trainer, signal, &cycle, factor, left, &mut tried)?;
+        }
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(tried)
     }
 
-    /// Searches the greens of a cycle and returns all plans tried, the earlier ones included.
+    /// Searches the greens of a cycle, and adds all plans that it tries.
     fn search(
         &mut self,
         trainer: &mut dyn Trainer,
@@ -302,11 +323,11 @@ impl FixedTime {
         start: &[(GreenPhase, f64)],
         factor: f64,
         simulations: u32,
-        tried: Vec<(f64, Plan)>,
-    ) -> Result<Vec<(f64, Plan)>, ControlError> {
+        tried: &mut Vec<(f64, Plan)>,
+    ) -> Result<(), ControlError> {
         let logs: Vec<f64> = start.iter().map(|(_, green)| green.ln()).collect();
         if (simulations as usize) <= logs.len() {
-            return Ok(tried);
+            return Ok(());
         }
         // One corner changes the whole cycle, the others one green each against the rest.
         let step = factor.ln();
@@ -317,28 +338,43 @@ impl FixedTime {
             simplex.push(corner);
         }
         let spec = self.signals[signal].clone();
-        let mut try_plan = |plan: &Plan| self.try_plan(trainer, signal, plan, SEARCH_SEED);
-        let problem = Search {
-            spec,
-            state: RefCell::new(SearchState {
-                try_plan: &mut try_plan,
-                phases: start.iter().map(|(phase, _)| phase.0).collect(),
-                left: simulations,
-                tried,
-                failure: None,
-            }),
+        let phases: Vec<usize> = start.iter().map(|(phase, _)| phase.0).collect();
+        let (mut left, mut failure) = (simulations, None);
+        let mut delay_s = |logs: &[f64]| {
+            let greens: Vec<f64> = logs.iter().map(|x| x.exp()).collect();
+            let greens = within(&spec, &phases, &greens);
+            let plan = Plan::Cycle(phases.iter().copied().map(GreenPhase).zip(greens).collect());
+            // Rounding to whole seconds makes the same plan come up again.
+            if let Some((delay_s, _)) = tried.iter().find(|(_, other)| *other == plan) {
+                return *delay_s;
+            }
+            // Not an error: argmin unwraps the costs of the first simplex. A plan that cannot be tried is
+            // the worst of all, and the search ends with its iterations.
+            if left == 0 || failure.is_some() {
+                return f64::MAX;
+            }
+            left -= 1;
+            self.plans[signal] = plan.clone();
+            match self.run(trainer, SEARCH_SEED) {
+                Ok(outcome) => {
+                    tried.push((outcome.delay_s, plan));
+                    outcome.delay_s
+                }
+                Err(e) => {
+                    failure = Some(e);
+                    f64::MAX
+                }
+            }
         };
-        let result = Executor::new(&problem, NelderMead::new(simplex))
+        let search = Search(RefCell::new(&mut delay_s));
+        let result = Executor::new(search, NelderMead::new(simplex))
             .configure(|state| state.max_iters(u64::from(simulations)))
             .run()
             .map(drop)
             .map_err(|e| e.to_string());
-        let SearchState { tried, failure, .. } = problem.state.into_inner();
-        match (failure, result) {
-            (Some(e), _) => Err(e),
-            (None, Err(e)) => Err(ControlError::Search(e)),
-            (None, Ok(())) => Ok(tried),
-        }
+        let failed = |e| format!("the search for a signal plan failed: {e}");
+        let failed = |e| ControlError::Own { method: METHOD.name, reason: failed(e) };
+        failure.map_or_else(|| result.map_err(failed), Err)
     }
 
     /// Returns the network with the least delay on further seeds, of equal ones the first; without further seeds the delay on
@@ -364,13 +400,8 @@ impl FixedTime {
         }
         Ok(best.expect("there is at least one plan").1)
     }
-}
 
-impl FixedTime {
     /// Finds the plans of several signals.
-    ///
-    /// # Arguments
-    ///
     /// * `first` — of the episode with the signals' own programs.
     fn tune_network(
         &mut self,
@@ -444,28 +475,11 @@ impl FixedTime {
         let least = sets[0].len() as u32 + LEAST_BEYOND_GREENS;
         let share = share.max(least).min(left);
         let most_sets = (f64::from(share) * SETS_SHARE).ceil() as usize;
-        let mut tried = vec![(best_s, self.plans[signal].clone())];
         let own = spec.limits.own_program.then_some(Plan::Own);
         let webster = sets.into_iter().map(|set| self.webster(&spec, set, flow_vph));
-        let others: Vec<Plan> = own.into_iter().chain(webster).take(most_sets).collect();
-        for plan in others {
-            if !tried.iter().any(|(_, other)| *other == plan) {
-                let delay_s = self.try_plan(trainer, signal, &plan, SEARCH_SEED)?;
-                tried.push((delay_s, plan));
-            }
-        }
-        for factor in SIMPLEX_FACTORS {
-            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let cycle = tried.iter().find_map(|(_, plan)| match plan {
-                Plan::Cycle(greens) => Some(greens.clone()),
-                Plan::Own => None,
-            });
-            let Some(cycle) = cycle else { break };
-            // The plan that it started with cost nothing.
-            let left = share.saturating_sub(tried.len() as u32 - 1);
-            tried = self.search(trainer, signal, &cycle, factor, left, tried)?;
-        }
-        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let plans = own.into_iter().chain(webster).take(most_sets).collect();
+        let start = vec![(best_s, self.plans[signal].clone())];
+        let mut tried = self.explore(trainer, signal, start, plans, share)?;
         let (delay_s, plan) = tried.swap_remove(0);
         self.plans[signal] = plan;
         Ok(delay_s)

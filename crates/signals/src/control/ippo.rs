@@ -3,25 +3,21 @@
 //! State, action and reward are IDQN's. The network is IDQN's too, with a logit per phase and the
 //! value of the state at its end. Phases are drawn from the policy, in RESCO also in evaluation.
 //!
-//! Signals with a single phase stay green and learn nothing. What goes on around the algorithm is in
-//! `independent.rs`.
-//!
 //! Source: RESCO, agents/pfrl_ppo.py. Its published figures are after 1400 episodes; after 100 it has
 //! made 35 updates.
 
 use std::f32::consts::SQRT_2;
 
-use super::independent::{Agent, Independent, Step};
-use super::learner::Learning;
+use super::learner::{Agent, Curve, Learner, Learning, Step, TrainingState};
 use super::senses::View;
-use super::training::{Curve, TrainingState};
-use super::{Controller, Setup};
+use super::{Controller, Setup, SignalSpec};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::settings;
 use learners::nn::init::Init;
 use learners::nn::sequential::Sequential;
 use learners::nn::{Activation, Network};
 use learners::rl::environment::Step as Played;
+use learners::rl::normalise::Normaliser;
 use learners::rl::persist::Persist;
 use learners::rl::ppo::{Ppo, Settings};
 use learners::rl::random::Generator;
@@ -104,13 +100,58 @@ fn initial(network: &Sequential, orthogonal: bool, generator: &mut Generator) ->
 
 /// Returns IPPO, untrained.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
-    let learners: Independent<Ippo> = Independent::new(config.clone(), setup.seed);
-    Box::new(Learning::new(learners, setup))
+    Box::new(Learning::new(METHOD.name, config.clone(), setup))
+}
+
+impl Learner for Config {
+    type Agent = Ippo;
+
+    fn agents(
+        &mut self,
+        signals: &[SignalSpec],
+        views: &[(usize, View)],
+        seed: u64,
+    ) -> Result<Vec<Ippo>, String> {
+        let settings = Settings {
+            learning_rate: self.learning_rate,
+            adam_epsilon: self.adam_epsilon,
+            gamma: self.gamma,
+            gae_lambda: self.gae_lambda,
+            num_steps: self.num_steps,
+            update_epochs: self.update_epochs,
+            minibatch_size: self.minibatch_size,
+            clip_range: self.clip_range,
+            value_coefficient: self.value_coefficient,
+            entropy_coefficient: self.entropy_coefficient,
+            max_grad_norm: self.max_grad_norm,
+            ..Settings::default()
+        };
+        let agent = |(signal, view): &(usize, View)| {
+            let label = signal.to_string();
+            let network = network(*view, signals[*signal].phases.len(), self.hidden);
+            let generator = |purpose| Generator::new(seed, &[purpose, &label]);
+            let orthogonal = self.orthogonal_initialisation;
+            let parameters = initial(&network, orthogonal, &mut generator("initialisation"));
+            Ippo {
+                config: self.clone(),
+                ppo: Ppo::new(network, parameters, settings.clone(), seed, &[&label]),
+                evaluation: generator("evaluation"),
+                validation: generator("validation"),
+                seed,
+                label,
+            }
+        };
+        Ok(views.iter().map(agent).collect())
+    }
+
+    fn normaliser(&self, view: View) -> Option<Normaliser> {
+        self.normalise_observations.then(|| Normaliser::new(view.width()))
+    }
 }
 
 /// The algorithm of one signal's learner.
 #[derive(Debug)]
-struct Ippo {
+pub(super) struct Ippo {
     config: Config,
     ppo: Ppo,
     /// Draws phases in evaluation, so that training's draws stay as they are.
@@ -122,39 +163,7 @@ struct Ippo {
 }
 
 impl Agent for Ippo {
-    const NAME: &'static str = METHOD.name;
-
-    type Config = Config;
-
-    fn new(config: &Config, view: View, phases: usize, seed: u64, label: &str) -> Self {
-        let network = network(view, phases, config.hidden);
-        let mut generator = Generator::new(seed, &["initialisation", label]);
-        let parameters = initial(&network, config.orthogonal_initialisation, &mut generator);
-        let settings = Settings {
-            learning_rate: config.learning_rate,
-            adam_epsilon: config.adam_epsilon,
-            gamma: config.gamma,
-            gae_lambda: config.gae_lambda,
-            num_steps: config.num_steps,
-            update_epochs: config.update_epochs,
-            minibatch_size: config.minibatch_size,
-            clip_range: config.clip_range,
-            value_coefficient: config.value_coefficient,
-            entropy_coefficient: config.entropy_coefficient,
-            max_grad_norm: config.max_grad_norm,
-            ..Settings::default()
-        };
-        let ppo = Ppo::new(network, parameters, settings, seed, &[label]);
-        let evaluation = Generator::new(seed, &["evaluation", label]);
-        let validation = Generator::new(seed, &["validation", label]);
-        Self { config: config.clone(), ppo, evaluation, validation, seed, label: label.to_owned() }
-    }
-
-    fn normalises(config: &Config) -> bool {
-        config.normalise_observations
-    }
-
-    fn choose(&mut self, state: &[f32], training: &TrainingState) -> usize {
+    fn choose(&mut self, state: &[f32], _: usize, training: &TrainingState) -> usize {
         match (training.active, self.config.evaluate_mode) {
             (true, _) => self.ppo.sample(state, None),
             (false, true) => self.ppo.mode(state),

@@ -6,12 +6,12 @@
 pub mod actuated;
 pub mod baseline;
 pub mod coordinated;
+pub mod deep_q;
 pub mod dual_ring;
 pub mod existing;
 pub mod fixed_time;
 mod heads;
 pub mod idqn;
-mod independent;
 pub mod ippo;
 mod learner;
 pub mod max_pressure;
@@ -27,7 +27,6 @@ pub mod state;
 pub mod streets;
 #[cfg(test)]
 pub(crate) mod testing;
-mod training;
 pub mod webster;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -163,7 +162,7 @@ impl SignalSpec {
     }
 
     /// Returns the ids of lanes that have no green in any phase.
-    pub fn unserved_lanes(&self) -> Vec<&str> {
+    fn unserved_lanes(&self) -> Vec<&str> {
         let served = |lane: usize| {
             self.movements.iter().enumerate().any(|(m, movement)| {
                 movement.lanes.contains(&lane)
@@ -264,24 +263,9 @@ pub enum ControlError {
         /// What is missing.
         reason: String,
     },
-    /// The controller does not say what drives every signal.
-    #[error(
-        "{method} says what drives {given} signals of {signals}; `begin` has to return one per signal"
-    )]
-    Drives {
-        /// The method.
-        method: &'static str,
-        /// For how many signals it says so.
-        given: usize,
-        /// How many there are.
-        signals: usize,
-    },
     /// An episode of training failed.
     #[error("training episode failed: {0}")]
     Episode(#[source] Box<dyn std::error::Error + Send + Sync>),
-    /// The optimiser failed.
-    #[error("the search for a signal plan failed: {0}")]
-    Search(String),
     /// A training whose numbers are no numbers any more.
     #[error(
         "training diverged in episode {episode}: {what} is no number any more; try a smaller \
@@ -306,7 +290,7 @@ pub enum ControlError {
         /// Id of the point MDP of its training.
         trained_on: String,
     },
-    /// A method of somebody's own failed.
+    /// A method failed, which may be somebody's own.
     #[error("{method}: {reason}")]
     Own {
         /// The method.

@@ -7,8 +7,9 @@
 //!
 //! Source: RESCO, agents/mplight.py (`MPLightFULL`) and states.py (`mplight_full`).
 
+use super::deep_q::{self, deep_q_settings};
 use super::learner::Learning;
-use super::mplight::{self, MpLight, mplight_settings};
+use super::mplight::MpLight;
 use super::state::Demand;
 use super::{Controller, Setup};
 use evaluation::run::method::{Method, Training};
@@ -22,10 +23,10 @@ pub const METHOD: Method = Method {
     ..Method::built_in("mplight-star", Training::Learned, "#993333")
 };
 
-mplight_settings! { {
+deep_q_settings! { {
     /// Hyper-parameters of `mplight-star`; the defaults are RESCO's.
-    pub struct Config extends mplight::Config
-} and {
+    pub struct Config extends deep_q::Config
+} "RESCO, config/agent_config.py and agents/mplight.py" and {
     /// Whether the speeds of all lanes of a movement count. In RESCO only those of its last lane do.
     speed_of_all_lanes: bool = false;
 } }
@@ -33,8 +34,7 @@ mplight_settings! { {
 /// Returns MPLight*, untrained.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
     let demand = Demand::Full { all_lanes: config.speed_of_all_lanes };
-    let learner = MpLight::new(METHOD.name, config.into(), demand, setup.seed);
-    Box::new(Learning::new(learner, setup))
+    Box::new(Learning::new(METHOD.name, MpLight::new(config.into(), demand), setup))
 }
 
 #[cfg(test)]

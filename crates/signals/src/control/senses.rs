@@ -47,7 +47,7 @@ pub trait Senses {
 
 /// The senses that a learner got, if it got any.
 #[derive(Default)]
-pub(super) struct Given(Option<Box<dyn Senses>>);
+pub(super) struct Given(pub(super) Option<Box<dyn Senses>>);
 
 impl Debug for Given {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -56,11 +56,6 @@ impl Debug for Given {
 }
 
 impl Given {
-    /// Takes senses.
-    pub(super) fn take(&mut self, senses: Box<dyn Senses>) {
-        self.0 = Some(senses);
-    }
-
     /// As [`Senses::begin`].
     pub(super) fn begin(&mut self, signals: &[SignalSpec]) -> Result<(), String> {
         self.0.as_mut().map_or(Ok(()), |senses| senses.begin(signals))

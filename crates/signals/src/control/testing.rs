@@ -134,7 +134,7 @@ impl Trainer for QueueWorld {
         seed: u32,
     ) -> Result<EpisodeOutcome, ControlError> {
         if seed >= self.dies_at {
-            return Err(ControlError::Search("killed".into()));
+            return Err(ControlError::Episode("killed".into()));
         }
         let drives = controller.begin(&self.signals)?;
         let decides = drives.contains(&Drive::Decisions);

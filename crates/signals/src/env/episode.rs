@@ -33,8 +33,10 @@ pub fn run_episode<S: Sim>(
     let drives = controller.begin(env.signals())?;
     let (given, signals) = (drives.len(), env.signals().len());
     if given != signals {
-        let method = controller.name();
-        return Err(ControlError::Drives { method, given, signals }.into());
+        let reason = format!(
+            "it says what drives {given} signals of {signals}; `begin` has to return one per signal"
+        );
+        return Err(ControlError::Own { method: controller.name(), reason }.into());
     }
     env.drive(&drives)?;
     let decides = drives.contains(&Drive::Decisions);
@@ -116,7 +118,7 @@ mod tests {
         let e = run_episode(&mut env(vec![], dir.path()), &mut Forgetful, 1).unwrap_err();
         assert_eq!(
             e.to_string(),
-            "forgetful says what drives 0 signals of 1; `begin` has to return one per signal"
+            "forgetful: it says what drives 0 signals of 1; `begin` has to return one per signal"
         );
     }
 

@@ -26,7 +26,7 @@ use super::retime::buttons;
 use super::validate::validate;
 use crate::network::error::NetworkError;
 use crate::network_files::{BY_HASH, FILE_ENDINGS, NetworkFiles, TEMPORARY, address, file_name};
-use crate::settings::{Actions, DemandSettings, NetworkSettings, SignalSettings};
+use crate::settings::{Actions, DemandSettings, NetworkSettings, Scenario, SignalSettings};
 use crate::sim::net_file::NetFile;
 use basics::files::{self, FileError, limits, make_folder_beneath, write_atomically};
 use basics::hash::sha256;
@@ -71,16 +71,14 @@ pub struct BuildOptions {
     pub leave_out: bool,
 }
 
-/// Builds the networks of intersections into a folder.
+/// Builds the networks of intersections into a folder, with the settings of a scenario.
 /// * `progress` — called with the id of each point MDP that was built.
 ///
 /// Fails with [`NetworkError::Altered`] without [`BuildOptions::force`] if a file is not as it was built, otherwise what
 /// building or checking the first failing network reports. Networks built until then are kept.
 pub fn build_all(
     specs: &[IntersectionSpec],
-    network: &NetworkSettings,
-    demand: &DemandSettings,
-    signal: &SignalSettings,
+    scenario: &Scenario,
     out: &Path,
     options: BuildOptions,
     progress: &(dyn Fn(&str) + Sync),
@@ -96,7 +94,7 @@ pub fn build_all(
     let mut missing = Vec::new();
     let mut files = BTreeMap::new();
     for spec in specs {
-        let spec_sha256 = spec_hash(spec, network, demand, signal);
+        let spec_sha256 = spec_hash(spec, scenario);
         let known = built.get(&(spec.point.clone(), spec_sha256.clone()));
         match known.filter(|_| !options.force) {
             Some(built) => drop(files.insert(spec.point.clone(), built.verify(out)?)),
@@ -120,8 +118,7 @@ pub fn build_all(
     let failed = Mutex::new(Vec::new());
     let files = Mutex::new(files);
     let done = missing.par_iter().try_for_each(|(spec, spec_sha256)| {
-        let inputs = (*spec, network, demand, signal);
-        let built = match build_one(inputs, spec_sha256, &netconvert, out) {
+        let built = match build_one(spec, scenario, spec_sha256, &netconvert, out) {
             Err(e) if options.leave_out && is_of_the_intersection(&e) => {
                 let mut failed = failed.lock().expect("no thread panics with the list");
                 failed.push((spec.point.clone(), e.to_string()));
@@ -173,12 +170,8 @@ fn is_of_the_intersection(error: &NetworkError) -> bool {
 
 /// Builds and checks one network and moves it into place.
 fn build_one(
-    (spec, network, demand, signal): (
-        &IntersectionSpec,
-        &NetworkSettings,
-        &DemandSettings,
-        &SignalSettings,
-    ),
+    spec: &IntersectionSpec,
+    scenario: &Scenario,
     spec_sha256: &str,
     netconvert: &Netconvert,
     out: &Path,
@@ -188,11 +181,11 @@ fn build_one(
         .tempdir_in(out)
         .map_err(FileError::at("create a folder in", out))?;
     let point = &spec.point;
-    let built = netconvert.build(spec, network, signal, demand, temporary.path())?;
+    let built = netconvert.build(spec, scenario, temporary.path())?;
     let net = NetFile::parse(&built.text)
         .map_err(|reason| NetworkError::Unsound { point: point.clone(), reason })?;
-    validate(spec, &net, network.exit_length_m)?;
-    let vehicles = DemandSpec::from_intersection(spec, demand)?;
+    validate(spec, &net, scenario.network.exit_length_m)?;
+    let vehicles = DemandSpec::from_intersection(spec, &scenario.demand)?;
 
     let made = temporary.path().join(MADE);
     fs::create_dir(&made).map_err(FileError::at("create", &made))?;
@@ -201,7 +194,7 @@ fn build_one(
     let texts = [
         ("net.xml", built.text),
         ("demand.json", vehicles.to_json()),
-        ("sumocfg", configuration(point, demand.horizon_s)),
+        ("sumocfg", configuration(point, scenario.demand.horizon_s)),
     ];
     for (ending, text) in texts {
         fs::write(path(ending), text).map_err(FileError::at("write", &path(ending)))?;
@@ -270,12 +263,8 @@ fn configuration(point: &str, horizon_s: f64) -> String {
 }
 
 /// Returns the hash of everything that decides the files of a point MDP, apart from netconvert.
-fn spec_hash(
-    spec: &IntersectionSpec,
-    network: &NetworkSettings,
-    demand: &DemandSettings,
-    signal: &SignalSettings,
-) -> String {
+fn spec_hash(spec: &IntersectionSpec, scenario: &Scenario) -> String {
+    let Scenario { network, demand, signal, .. } = scenario;
     // Networks without pedestrians are timed as before consecutive greens counted together.
     let generator = if signal.pedestrians { GENERATOR + 1 } else { GENERATOR };
     #[derive(Serialize)]
@@ -387,59 +376,33 @@ mod tests {
 
     use super::super::movements::shapes::{cross, star};
     use super::*;
+    use crate::settings::defaults;
 
     #[test]
-    fn the_hash_of_a_spec_depends_on_every_input() {
-        let (spec, network, demand) =
-            (cross(), NetworkSettings::default(), DemandSettings::default());
-        let hash = |s: &IntersectionSpec, n: f64, d: f64| {
-            let network = NetworkSettings { phase_green_s: n, ..network.clone() };
-            let demand = DemandSettings { horizon_s: d, ..demand.clone() };
-            spec_hash(s, &network, &demand, &SignalSettings::default())
+    fn the_hash_of_a_spec_depends_on_what_decides_its_files_alone() {
+        let hash = |spec: &IntersectionSpec, change: &dyn Fn(&mut Scenario)| {
+            let mut scenario = defaults();
+            change(&mut scenario);
+            spec_hash(spec, &scenario)
         };
-        let peak = DemandSettings { horizon_s: 60.0, peak_hour_factor: 0.9, ..demand.clone() };
-        let mut other = spec.clone();
+        let same = hash(&cross(), &|_| ());
+        let mut other = cross();
         other.arms[3].inflow_vph += 1e-9;
-        let hashes = [
-            hash(&spec, 3.0, 60.0),
-            hash(&spec, 3.5, 60.0),
-            hash(&spec, 3.0, 61.0),
-            hash(&other, 3.0, 60.0),
-            spec_hash(
-                &spec,
-                &NetworkSettings { phase_green_s: 3.0, ..network.clone() },
-                &peak,
-                &SignalSettings::default(),
-            ),
-        ];
-        assert!((0..5).all(|i| (0..i).all(|j| hashes[i] != hashes[j])));
-    }
-
-    #[test]
-    fn the_hash_of_a_spec_depends_on_what_times_the_default_program_alone() {
-        let hash = |signal: &SignalSettings| {
-            spec_hash(&cross(), &NetworkSettings::default(), &DemandSettings::default(), signal)
+        assert_ne!(hash(&other, &|_| ()), same);
+        assert_ne!(hash(&cross(), &|s| s.network.phase_green_s = 3.5), same);
+        assert_ne!(hash(&cross(), &|s| s.demand.horizon_s = 61.0), same);
+        assert_ne!(hash(&cross(), &|s| s.demand.peak_hour_factor = 0.9), same);
+        assert_ne!(hash(&cross(), &|s| s.signal.yellow_time_s = 4), same);
+        assert_eq!(hash(&cross(), &|s| s.signal.delta_time_s = 5), same);
+        // Push buttons time the default program only where an approach has no opposite one.
+        let pushed = |spec: &IntersectionSpec, calls| {
+            hash(spec, &|s| {
+                (s.signal.pedestrians, s.signal.pedestrian_calls_per_h) = (true, calls);
+            })
         };
-        let signal = SignalSettings::default();
-        let faster = SignalSettings { delta_time_s: 5, ..signal.clone() };
-        let longer = SignalSettings { yellow_time_s: 4, ..signal.clone() };
-        assert_eq!(hash(&signal), hash(&faster));
-        assert_ne!(hash(&signal), hash(&longer));
-    }
-
-    #[test]
-    fn push_buttons_time_the_default_program_only_where_an_approach_has_no_opposite_one() {
-        let hash = |spec: &IntersectionSpec, pedestrian_calls_per_h| {
-            let signal = SignalSettings {
-                pedestrians: true,
-                pedestrian_calls_per_h,
-                ..SignalSettings::default()
-            };
-            spec_hash(spec, &NetworkSettings::default(), &DemandSettings::default(), &signal)
-        };
-        assert_eq!(hash(&cross(), None), hash(&cross(), Some(20.0)));
-        assert_ne!(hash(&star(5), None), hash(&star(5), Some(20.0)));
-        assert_eq!(hash(&star(5), Some(10.0)), hash(&star(5), Some(20.0)));
+        assert_eq!(pushed(&cross(), None), pushed(&cross(), Some(20.0)));
+        assert_ne!(pushed(&star(5), None), pushed(&star(5), Some(20.0)));
+        assert_eq!(pushed(&star(5), Some(10.0)), pushed(&star(5), Some(20.0)));
     }
 
     #[test]

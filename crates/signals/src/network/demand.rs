@@ -246,10 +246,10 @@ impl DemandSpec {
             ["arrivals", "turns", "drivers", "kinds"].map(|purpose| {
                 ChaCha12Rng::seed_from_u64(seed::vehicles(seed, purpose, &stream.from))
             });
-        let depart_s = |even_s: f64| match stream.arrivals {
-            None => peaked_s(even_s, self.horizon_s, self.peak_hour_factor),
-            Some(Arrivals::PeakHourFactor(factor)) => peaked_s(even_s, self.horizon_s, factor),
-            Some(Arrivals::QuarterHours(quarters)) => quartered_s(even_s, self.horizon_s, quarters),
+        let quarters = match stream.arrivals {
+            None => peak(self.peak_hour_factor),
+            Some(Arrivals::PeakHourFactor(factor)) => peak(factor),
+            Some(Arrivals::QuarterHours(quarters)) => quarters,
         };
         let heavy_vehicles = stream.heavy_vehicles.unwrap_or(self.heavy_vehicles);
         let mut vehicles = Vec::new();
@@ -265,7 +265,7 @@ impl DemandSpec {
                 stream: index,
                 number: vehicles.len() as u32,
                 route: stream.route(turns.random()),
-                depart_s: depart_s(time_s) as u32,
+                depart_s: depart_s(time_s, self.horizon_s, quarters) as u32,
                 speed_factor: speed_factor(&mut drivers),
                 is_heavy: kinds.random::<f64>() < heavy_vehicles,
             });
@@ -506,39 +506,21 @@ fn is_factor(value: f64) -> bool {
 /// Quarters of a horizon, of which one is the peak.
 const QUARTERS: f64 = 4.0;
 
-/// Quarters before the peak.
-const BEFORE_PEAK: f64 = 1.0;
-
-/// Returns when a vehicle arrives that would arrive at the time `even_s` of an even flow, seconds:
-/// when as large a share of the horizon's vehicles has arrived.
-/// * `even_s` — from 0 up to but without `horizon_s`, as the result is.
-/// * `factor` — the peak hour factor, above 1/4; 1 changes nothing.
-fn peaked_s(even_s: f64, horizon_s: f64, factor: f64) -> f64 {
-    if factor >= 1.0 {
-        return even_s;
-    }
-    let quarter_s = horizon_s / QUARTERS;
-    // Rates relative to the even flow, in the peak and in the other quarters.
+/// Returns the vehicles of the quarters of a horizon with a peak hour factor, above 1/4, up to a common factor.
+fn peak(factor: f64) -> [f64; 4] {
     let peak = 1.0 / factor;
     let other = (QUARTERS - peak) / (QUARTERS - 1.0);
-    let begins_s = BEFORE_PEAK * quarter_s;
-    let since_s = even_s - begins_s * other;
-    let time_s = if since_s < 0.0 {
-        even_s / other
-    } else if since_s < quarter_s * peak {
-        begins_s + since_s / peak
-    } else {
-        begins_s + quarter_s + (since_s - quarter_s * peak) / other
-    };
-    // Rounding must not make a vehicle come at the end or after it.
-    time_s.min(horizon_s.next_down())
+    [other, peak, other, other]
 }
 
 /// Returns when a vehicle arrives that would arrive at the time `even_s` of an even flow, seconds, if the quarters of
 /// the horizon have these vehicles, up to a common factor.
 /// * `even_s` — from 0 up to but without `horizon_s`, as the result is.
 /// * `quarters` — not negative, their sum above 0.
-fn quartered_s(even_s: f64, horizon_s: f64, quarters: [f64; 4]) -> f64 {
+fn depart_s(even_s: f64, horizon_s: f64, quarters: [f64; 4]) -> f64 {
+    if quarters == [1.0; 4] {
+        return even_s;
+    }
     let quarter_s = horizon_s / QUARTERS;
     let mut rest = even_s / horizon_s * quarters.iter().sum::<f64>();
     for (i, vehicles) in quarters.iter().enumerate() {
@@ -573,15 +555,8 @@ mod tests {
         assert_eq!(shares(&cross(), 0), [0.1, 0.8, 0.1]);
         assert_eq!(shares(&wye(), 0), [0.5, 0.5]);
         assert_eq!(shares(&tee(), 2), [0.8 / 0.9, 0.1 / 0.9]);
-    }
-
-    #[test]
-    fn exits_of_the_same_turn_share_its_part() {
+        // Exits of the same turn share its part, and turns without any share are equally likely.
         assert_eq!(shares(&star(5), 0), [0.05, 0.05, 0.8, 0.1]);
-    }
-
-    #[test]
-    fn turns_without_any_share_are_equally_likely() {
         let turn_shares = TurnShares { left: 0.0, through: 1.0, right: 0.0 };
         let settings = DemandSettings { turn_shares, ..DemandSettings::default() };
         let demand = DemandSpec::from_intersection(&wye(), &settings).unwrap();
@@ -638,13 +613,6 @@ mod tests {
             counted.exits_vph = Some([0.0, 20.0, 20.0, 60.0, 0.0]);
         }
         assert_eq!(shares(&spec, 0), [0.6, 0.2, 0.2, 0.0]);
-    }
-
-    #[test]
-    fn an_approach_on_which_nobody_was_counted_has_no_vehicle() {
-        let demand = demand(&counted(cross(), [0.0; 3]));
-        assert!(demand.vehicles(1).iter().all(|v| v.stream != 0));
-        assert!(DemandSpec::parse(demand.to_json().as_bytes(), Path::new("d")).is_ok());
     }
 
     #[test]
@@ -706,13 +674,6 @@ mod tests {
     }
 
     #[test]
-    fn vehicles_are_sorted_and_depart_before_the_horizon() {
-        let vehicles = demand(&cross()).vehicles(5);
-        assert!(vehicles.is_sorted_by_key(|v| v.depart_s));
-        assert!(vehicles.iter().all(|v| v.depart_s < 3600));
-    }
-
-    #[test]
     fn speed_factors_have_sumos_mean_and_deviation() {
         let mut demand = demand(&cross());
         demand.horizon_s = 360_000.0;
@@ -733,6 +694,10 @@ mod tests {
         assert!(text.starts_with(car), "{text}");
         let json = demand(&cross()).to_json();
         assert!(!json.contains("heavy") && !json.contains("impatience"), "{json}");
+        let spec = DemandSpec { sigma: 0.3, impatience: 0.7, ..demand(&cross()) };
+        let text = spec.routes_xml(&[]);
+        assert!(text.contains(" sigma=\"0.3\" tau=\"1\""), "{text}");
+        assert!(text.contains(" impatience=\"0.7\"/>"), "{text}");
     }
 
     #[test]
@@ -751,14 +716,6 @@ mod tests {
         let text = of(0.03).routes_xml(&some);
         assert!(text.contains("<vType id=\"heavy\" vClass=\"truck\" length=\"9.1\""), "{text}");
         assert_eq!(text.matches("type=\"heavy\"").count() as f64, heavy);
-    }
-
-    #[test]
-    fn drivers_are_said_to_accept_gaps_where_the_settings_do() {
-        let spec = DemandSpec { sigma: 0.3, impatience: 0.7, ..demand(&cross()) };
-        let text = spec.routes_xml(&[]);
-        assert!(text.contains(" sigma=\"0.3\" tau=\"1\""), "{text}");
-        assert!(text.contains(" impatience=\"0.7\"/>"), "{text}");
     }
 
     #[test]
@@ -804,52 +761,24 @@ mod tests {
         }
     }
 
-    const HOUR_S: f64 = 3600.0;
-
     #[test]
-    fn the_second_quarter_has_the_volume_divided_by_the_peak_hour_factor() {
-        let vehicles = 60_000;
-        let mut quarters = [0.0; 4];
-        for k in 0..vehicles {
-            let even_s = HOUR_S * f64::from(k) / f64::from(vehicles);
-            let quarter = peaked_s(even_s, HOUR_S, 0.8) / (HOUR_S / QUARTERS);
-            quarters[quarter as usize] += QUARTERS / f64::from(vehicles);
-        }
-        let expected = [2.75 / 3.0, 1.25, 2.75 / 3.0, 2.75 / 3.0];
-        for (quarter, expected) in quarters.iter().zip(expected) {
-            assert!((quarter - expected).abs() < 1e-3, "{quarters:?}");
-        }
-    }
-
-    #[test]
-    fn quarters_have_what_was_counted_and_an_empty_one_nobody() {
-        let quarters = [100.0, 0.0, 300.0, 0.0];
-        let times: Vec<f64> =
-            (0..4000).map(|k| quartered_s(0.9 * f64::from(k), HOUR_S, quarters)).collect();
-        assert!(times.is_sorted());
-        let within =
-            |low: f64, high: f64| times.iter().filter(|t| (low..high).contains(*t)).count();
-        assert_eq!(
-            [within(0.0, 900.0), within(900.0, 1800.0), within(1800.0, 2700.0)],
-            [1000, 0, 3000]
-        );
-        assert!(quartered_s(HOUR_S.next_down(), HOUR_S, quarters) < 2700.0);
-        let even = [250.0; 4];
-        assert!((quartered_s(1234.5, HOUR_S, even) - 1234.5).abs() < 1e-9);
-    }
-
-    #[test]
-    fn an_even_flow_stays_as_it_is_to_the_last_bit() {
-        assert!([0.0, 899.999, 1800.1, 3599.9].iter().all(|t| peaked_s(*t, HOUR_S, 1.0) == *t));
-    }
-
-    #[test]
-    fn vehicles_keep_their_order_and_come_before_the_end() {
-        for factor in [0.26, 0.5, 0.92, 0.999] {
+    fn quarters_have_their_vehicles_in_order_and_an_empty_one_nobody() {
+        let hour_s = 3600.0;
+        let even = peak(1.0);
+        assert!([0.0, 899.999, 1800.1, 3599.9].iter().all(|t| depart_s(*t, hour_s, even) == *t));
+        // The second quarter has the volume divided by the peak hour factor.
+        assert_eq!(peak(0.8), [2.75 / 3.0, 1.25, 2.75 / 3.0, 2.75 / 3.0]);
+        for quarters in [peak(0.26), peak(0.92), [100.0, 0.0, 300.0, 0.0], [250.0; 4]] {
             let times: Vec<f64> =
-                (0..36_000).map(|k| peaked_s(f64::from(k) / 10.0, HOUR_S, factor)).collect();
+                (0..4000).map(|k| depart_s(0.9 * f64::from(k), hour_s, quarters)).collect();
             assert!(times.is_sorted() && times[0] == 0.0);
-            assert!(peaked_s(HOUR_S.next_down(), HOUR_S, factor) < HOUR_S);
+            assert!(depart_s(hour_s.next_down(), hour_s, quarters) < hour_s);
+            for (i, expected) in quarters.iter().enumerate() {
+                let is_own = |t: &&f64| (**t / 900.0) as usize == i;
+                let share = times.iter().filter(is_own).count() as f64 / 4000.0;
+                let expected = expected / quarters.iter().sum::<f64>();
+                assert!((share - expected).abs() < 1e-3, "{quarters:?}: {i}");
+            }
         }
     }
 }

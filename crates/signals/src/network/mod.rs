@@ -17,6 +17,5 @@ pub mod netconvert;
 pub mod phases;
 pub mod plain;
 pub mod retime;
-pub(crate) mod subprocess;
-pub mod tool;
+mod tool;
 pub mod validate;

@@ -24,11 +24,10 @@ use super::left_turns::treatments;
 use super::phases::{Lights, PHASES_PROGRAM, on_red, phases, program, stages};
 use super::plain::{self, DEFAULT_PROGRAM};
 use super::retime::{retime, timing};
-use super::subprocess::{Ended, finish};
-use super::tool::find;
+use super::tool::{Ended, find, finish};
 use crate::junction::{Conflicts, Movement};
 use crate::network::error::NetworkError;
-use crate::settings::{DemandSettings, NetworkSettings, SignalSettings};
+use crate::settings::{NetworkSettings, Scenario};
 use crate::sim::net_file::{NetFile, ProgramPhase};
 use crate::vocabulary::Light;
 use basics::files::FileError;
@@ -70,7 +69,7 @@ impl Netconvert {
     /// Finds netconvert in `SUMO_HOME/bin`, then on `PATH`.
     /// Fails with [`NetworkError::NoNetconvert`] naming the places looked at.
     pub fn find() -> Result<Self, NetworkError> {
-        let found = find("netconvert").map_err(|tried| NetworkError::NoNetconvert { tried });
+        let found = find().map_err(|tried| NetworkError::NoNetconvert { tried });
         found.map(|(path, version)| Self { path, version })
     }
 
@@ -83,11 +82,10 @@ impl Netconvert {
     pub fn build(
         &self,
         spec: &IntersectionSpec,
-        settings: &NetworkSettings,
-        signal: &SignalSettings,
-        demand: &DemandSettings,
+        scenario: &Scenario,
         folder: &Path,
     ) -> Result<BuiltNet, NetworkError> {
+        let Scenario { network: settings, signal, demand, .. } = scenario;
         let unsound = |reason: String| NetworkError::Unsound { point: spec.point.clone(), reason };
         let layout = layout(spec)?;
         let exit_length_m = settings.exit_length_m;
@@ -300,16 +298,8 @@ mod tests {
 
     use super::super::lanes::link_order;
     use super::super::movements::shapes::{cross, spec, tee};
-    use super::super::tool::find_in;
     use super::*;
-
-    #[test]
-    fn a_missing_netconvert_names_the_places_looked_at() {
-        let (home, path) = (Some("/nowhere".into()), Some("/also-nowhere".into()));
-        let tried = find_in("netconvert", home, path).unwrap_err();
-        let e = NetworkError::NoNetconvert { tried }.to_string();
-        assert!(e.starts_with("netconvert was not found (/nowhere/bin/netconvert, PATH)"), "{e}");
-    }
+    use crate::settings::defaults;
 
     #[test]
     fn links_are_in_the_order_that_programs_from_elsewhere_are_read_in() {
@@ -320,13 +310,7 @@ mod tests {
             for side in [DrivingSide::Right, DrivingSide::Left] {
                 shape.side = side;
                 let folder = tempfile::tempdir().unwrap();
-                let (network, signal, demand) = (
-                    NetworkSettings::default(),
-                    SignalSettings::default(),
-                    DemandSettings::default(),
-                );
-                let built =
-                    netconvert.build(&shape, &network, &signal, &demand, folder.path()).unwrap();
+                let built = netconvert.build(&shape, &defaults(), folder.path()).unwrap();
                 let net = NetFile::parse(&built.text).unwrap();
                 let links = links(&built.layout, &net).unwrap();
                 assert_eq!(link_order(&shape, &built.layout), links, "{side:?}: {:?}", shape.arms);
@@ -348,15 +332,7 @@ mod tests {
         let mut spec = cross();
         spec.arms[0].speed_mps = -1.0;
         let netconvert = Netconvert::find().unwrap();
-        let e = netconvert
-            .build(
-                &spec,
-                &NetworkSettings::default(),
-                &SignalSettings::default(),
-                &DemandSettings::default(),
-                folder.path(),
-            )
-            .unwrap_err();
+        let e = netconvert.build(&spec, &defaults(), folder.path()).unwrap_err();
         assert!(e.to_string().starts_with("p: netconvert failed: Error: "), "{e}");
     }
 }

@@ -1,34 +1,31 @@
-//! Finds the programs of SUMO and their versions.
+//! Finds netconvert, runs it as a process, and tells what it says of an intersection from what happened to it.
 
 use std::env;
 use std::ffi::OsString;
+use std::fs::File;
+use std::io::{self, Read, Seek};
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, ExitStatus, Stdio};
+use std::thread;
 use std::time::Duration;
 
-use super::subprocess::{last_lines, output_of};
+use basics::machine;
 
 /// Longest time in which a program says its version; that takes a hundredth of a second.
 const VERSION_LIMIT: Duration = Duration::from_secs(20);
 
-/// Finds a program of SUMO in `SUMO_HOME/bin`, then on `PATH`, and returns its path and version, such as `1.15.0`.
+/// Finds netconvert in `SUMO_HOME/bin`, then on `PATH`, and returns its path and version, such as `1.15.0`.
 /// The error is the places looked at.
-pub fn find(name: &str) -> Result<(PathBuf, String), String> {
-    find_in(name, env::var_os("SUMO_HOME").map(PathBuf::from), env::var_os("PATH"))
+pub(super) fn find() -> Result<(PathBuf, String), String> {
+    find_in(env::var_os("SUMO_HOME").map(PathBuf::from), env::var_os("PATH"))
 }
 
-/// Returns the version at the end of what SUMO says of itself, such as `1.15.0` for `SUMO v1_15_0`.
-pub fn version_in(said: &str) -> Option<String> {
-    let version = said.split_whitespace().last()?;
-    Some(version.trim_start_matches(['v', 'V']).replace('_', "."))
-}
-
-pub(super) fn find_in(
-    name: &str,
+fn find_in(
     sumo_home: Option<PathBuf>,
     path: Option<OsString>,
 ) -> Result<(PathBuf, String), String> {
-    let file = format!("{name}{}", env::consts::EXE_SUFFIX);
+    let file = format!("netconvert{}", env::consts::EXE_SUFFIX);
     let home = sumo_home.filter(|home| !home.as_os_str().is_empty());
     let mut tried = match &home {
         Some(home) => home.join("bin").join(&file).display().to_string(),
@@ -39,7 +36,7 @@ pub(super) fn find_in(
     let on_path = path.iter().flat_map(env::split_paths);
     for candidate in in_home.into_iter().chain(on_path).map(|folder| folder.join(&file)) {
         if candidate.is_file() {
-            match version(name, &candidate) {
+            match version(&candidate) {
                 Ok(version) => return Ok((candidate, version)),
                 Err(reason) => tried = format!("{tried}; {}: {reason}", candidate.display()),
             }
@@ -49,34 +46,155 @@ pub(super) fn find_in(
 }
 
 /// Returns the version that a program prints.
-fn version(name: &str, path: &Path) -> Result<String, String> {
+fn version(path: &Path) -> Result<String, String> {
     let mut command = Command::new(path);
     command.arg("--version");
     let output = output_of(command, VERSION_LIMIT).map_err(|e| e.to_string())?;
     let (_, text, said) = output.ok_or("does not end")?;
-    text.lines()
-        .find(|line| line.starts_with(&format!("Eclipse SUMO {name}")))
-        .and_then(version_in)
+    let line = text.lines().find(|line| line.starts_with("Eclipse SUMO netconvert"));
+    line.and_then(|line| line.split_whitespace().last())
+        .map(|version| version.trim_start_matches(['v', 'V']).replace('_', "."))
         .ok_or_else(|| format!("does not run: {}", last_lines(&said)))
+}
+
+/// Lines of its standard error that an error quotes.
+const QUOTED_LINES: usize = 3;
+
+/// Attempts to start it where a limit on processes refuses it, and the time between two.
+const ATTEMPTS: u32 = 50;
+const AGAIN: Duration = Duration::from_millis(100);
+
+/// How often it is looked after.
+const NAP: Duration = Duration::from_millis(2);
+
+/// How it ended.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Ended {
+    Well,
+    /// With an error of its own.
+    Refused(String),
+    /// By something from outside.
+    Disturbed(String),
+}
+
+/// Runs netconvert to its end, at most so long.
+/// Fails when it cannot be started.
+pub(super) fn finish(command: Command, limit: Duration) -> io::Result<Ended> {
+    let Some((status, _, said)) = output_of(command, limit)? else {
+        let limit = limit.as_secs_f64();
+        return Ok(Ended::Disturbed(format!("netconvert did not end within {limit} s")));
+    };
+    Ok(match (status.success(), status.signal()) {
+        (true, _) => Ended::Well,
+        (false, Some(signal)) if machine::is_from_outside(signal) => {
+            Ended::Disturbed(format!("netconvert was killed by signal {signal}"))
+        }
+        (false, _) if machine::is_at_fault(&said) => Ended::Disturbed(last_lines(&said)),
+        (false, Some(signal)) => Ended::Refused(format!(
+            "it crashed by signal {signal} ({}); run the same command again, and where it crashes again, take \
+             another version of SUMO",
+            last_lines(&said)
+        )),
+        (false, _) => Ended::Refused(last_lines(&said)),
+    })
+}
+
+/// Returns how a command ended and what it wrote to standard output and standard error; `None` where it did not end in time.
+/// Time is counted in naps, so that it does not count when this process was stopped itself.
+/// Fails when it cannot be started.
+fn output_of(
+    mut command: Command,
+    limit: Duration,
+) -> io::Result<Option<(ExitStatus, String, String)>> {
+    let [mut text, mut said] = [tempfile::tempfile()?, tempfile::tempfile()?];
+    command.stdin(Stdio::null()).stdout(text.try_clone()?).stderr(said.try_clone()?);
+    let mut child = patiently(|| command.spawn())?;
+    let mut waited = Duration::ZERO;
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        if waited >= limit {
+            let _ = child.kill();
+            child.wait()?;
+            return Ok(None);
+        }
+        thread::sleep(NAP);
+        waited += NAP;
+    };
+    let read = |file: &mut File| {
+        let mut bytes = Vec::new();
+        file.rewind()?;
+        file.read_to_end(&mut bytes)?;
+        Ok::<_, io::Error>(String::from_utf8_lossy(&bytes).into_owned())
+    };
+    Ok(Some((status, read(&mut text)?, read(&mut said)?)))
+}
+
+/// Starts something, again for a while where a limit on processes refuses it: others may end.
+fn patiently<T>(mut start: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+    for _ in 0..ATTEMPTS {
+        match start() {
+            Err(e) if e.kind() == io::ErrorKind::WouldBlock => thread::sleep(AGAIN),
+            result => return result,
+        }
+    }
+    start()
+}
+
+/// Returns the end of what it said.
+fn last_lines(stderr: &str) -> String {
+    let said: Vec<_> = stderr
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty() && !line.contains("SUMO_HOME is not set"))
+        .collect();
+    match said.len() {
+        0 => "it said nothing".to_owned(),
+        n => said[n.saturating_sub(QUOTED_LINES)..].join("; "),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_file_that_is_no_program_is_passed_over_with_its_reason() {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("netconvert"), "").unwrap();
-        let e = find_in("netconvert", None, Some(folder.path().into())).unwrap_err();
-        assert!(e.starts_with("SUMO_HOME is not set, PATH; "), "{e}");
+    fn ended(script: &str, limit_ms: u64) -> Ended {
+        let mut command = Command::new("sh");
+        command.args(["-c", script]);
+        finish(command, Duration::from_millis(limit_ms)).unwrap()
     }
 
     #[test]
-    fn versions_are_the_same_however_they_are_written() {
-        for said in ["Eclipse SUMO netconvert Version 1.15.0", "SUMO 1.15.0", "SUMO v1_15_0"] {
-            assert_eq!(version_in(said).as_deref(), Some("1.15.0"), "{said}");
-        }
-        assert_eq!(version_in(""), None);
+    fn what_ends_netconvert_from_outside_says_nothing_of_the_intersection() {
+        let disturbed = |reason: &str| Ended::Disturbed(reason.to_owned());
+        assert_eq!(ended("exec sleep 60", 50), disturbed("netconvert did not end within 0.05 s"));
+        assert_eq!(ended("kill -9 $$", 60_000), disturbed("netconvert was killed by signal 9"));
+        let full = "Error: No space left on device";
+        assert_eq!(ended(&format!("echo '{full}' >&2; exit 1"), 60_000), disturbed(full));
+        let refused = Ended::Refused("Error: no".to_owned());
+        assert_eq!(ended("echo 'Error: no' >&2; exit 1", 60_000), refused);
+        let Ended::Refused(crash) = ended("kill -SEGV $$", 60_000) else { panic!("it crashed") };
+        assert!(
+            crash.starts_with("it crashed by signal 11 (it said nothing); run the same"),
+            "{crash}"
+        );
+        assert_eq!(ended("head -c 1000000 /dev/zero >&2", 60_000), Ended::Well);
+    }
+
+    #[test]
+    fn the_end_of_standard_error_is_quoted_without_the_remark_on_sumo_home() {
+        let stderr = "Warning: SUMO_HOME is not set\nError: a\n\nError: b\nQuitting.\n";
+        assert_eq!(last_lines(stderr), "Error: a; Error: b; Quitting.");
+    }
+
+    #[test]
+    fn what_is_no_netconvert_is_passed_over_and_the_places_looked_at_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("netconvert"), "").unwrap();
+        let e = find_in(None, Some(folder.path().into())).unwrap_err();
+        assert!(e.starts_with("SUMO_HOME is not set, PATH; "), "{e}");
+        let e = find_in(Some("/nowhere".into()), Some("/also-nowhere".into())).unwrap_err();
+        assert_eq!(e, "/nowhere/bin/netconvert, PATH");
     }
 }

@@ -190,23 +190,6 @@ pub struct SignalInfo {
 }
 
 impl SignalInfo {
-    /// Whether some program has a green for a link.
-    pub fn may_be_green(&self) -> bool {
-        self.programs.iter().any(|program| self.has_green(program))
-    }
-
-    /// Whether the program that runs at the start has no green for any link, as SUMO's program `off`.
-    pub fn is_switched_off(&self) -> bool {
-        let active = self.programs.iter().find(|program| program.id == self.active_program);
-        active.is_some_and(|program| !self.has_green(program))
-    }
-
-    fn has_green(&self, program: &Program) -> bool {
-        let green =
-            |(letter, links): (char, &Vec<Link>)| matches!(letter, 'G' | 'g') && !links.is_empty();
-        program.phases.iter().any(|phase| phase.state.chars().zip(&self.links).any(green))
-    }
-
     /// Whether vehicles on two links may meet, as far as is known.
     pub fn may_meet(&self, a: usize, b: usize) -> bool {
         self.meets.get(a).and_then(|row| row.get(b)).is_none_or(|meets| *meets)

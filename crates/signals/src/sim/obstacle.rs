@@ -92,32 +92,17 @@ pub fn in_words(obstacles: &[Obstacle]) -> String {
     if let [only] = obstacles {
         return only.to_string();
     }
-    let mut text = format!("{} things are in the way:", obstacles.len());
-    let (mut options, mut accepted) = (Vec::new(), BTreeSet::new());
-    for (i, obstacle) in obstacles.iter().enumerate() {
-        if i < LISTED {
-            text.push_str(&format!("\n  {obstacle}"));
-        }
-        match &obstacle.way {
-            Some((ACCEPT, what)) => drop(accepted.insert(what.clone())),
-            Some((option, value)) => {
-                let option = format!("{option} {value}");
-                if !options.contains(&option) {
-                    options.push(option);
-                }
-            }
-            None => {}
-        }
+    let lines: String = obstacles.iter().take(LISTED).map(|o| format!("\n  {o}")).collect();
+    let text = format!("{} things are in the way:{lines}", obstacles.len());
+    let ways: BTreeSet<_> = obstacles.iter().filter_map(|o| o.way.as_ref()).collect();
+    if ways.is_empty() {
+        return text;
     }
-    if !accepted.is_empty() {
-        options.push(format!("{ACCEPT} {}", Vec::from_iter(accepted).join(",")));
-    }
-    if !options.is_empty() {
-        let needs_change = obstacles.iter().any(|obstacle| obstacle.way.is_none());
-        let what = if needs_change { "the rest, once the files are changed" } else { "all of it" };
-        text.push_str(&format!("\npass {} for {what}", options.join(" ")));
-    }
-    text
+    let ways: Vec<String> =
+        ways.iter().map(|(option, value)| format!("{option} {value}")).collect();
+    let needs_change = obstacles.iter().any(|obstacle| obstacle.way.is_none());
+    let what = if needs_change { "the rest, once the files are changed" } else { "all of it" };
+    format!("{text}\npass {} for {what}", ways.join(" "))
 }
 
 #[cfg(test)]
@@ -138,7 +123,7 @@ mod tests {
           a.xml: line 3: no end; pass --end 3600
           a.xml: line 3: it is so; pass --accept empty-start
           a.xml: line 3: it is so; pass --accept calibrators
-        pass --end 3600 --accept calibrators,empty-start for all of it
+        pass --accept calibrators --accept empty-start --end 3600 for all of it
         ");
         let mixed = [of("no XML", None), end()];
         let last = in_words(&mixed).lines().last().unwrap().to_owned();

@@ -249,7 +249,7 @@ impl StreetLane {
     }
 
     /// Returns the direction of travel at its end, degrees clockwise from north.
-    pub fn end_heading_deg(&self) -> Option<f64> {
+    fn end_heading_deg(&self) -> Option<f64> {
         let (last, rest) = self.shape.split_last()?;
         rest.iter().rfind(|point| *point != last).map(|before| heading_deg(*before, *last))
     }

@@ -2,7 +2,6 @@
 //!
 //! A Python package takes SUMO along as another package, in whatever environment both are installed.
 
-use std::error::Error;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
@@ -21,15 +20,4 @@ pub fn look_for(library: Result<PathBuf, String>) {
 pub fn library() -> Result<PathBuf, String> {
     let place = PLACE.lock().unwrap_or_else(PoisonError::into_inner);
     place.clone().unwrap_or_else(|| Ok(PathBuf::from(LIBRARY)))
-}
-
-/// Returns why something could not be loaded: the error itself says only that, its source names what is missing.
-pub(super) fn cause(error: &dyn Error) -> String {
-    let said = error.source().map_or_else(|| error.to_string(), ToString::to_string);
-    match said.contains("undefined symbol") {
-        true => {
-            format!("{said}: it is another libsumo than the one that this program was built with")
-        }
-        false => said,
-    }
 }

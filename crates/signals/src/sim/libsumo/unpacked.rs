@@ -6,47 +6,38 @@
 
 use std::fs::File;
 use std::io::{self, Write};
-use std::os::fd::AsRawFd;
 use std::path::{Path, PathBuf};
 
-use tempfile::TempPath;
-
-/// A library that can be loaded for as long as this is there.
-#[derive(Debug)]
-enum Unpacked {
-    /// In memory, by a name that holds while the file is open.
-    Memory { path: PathBuf, _memory: File },
-    /// In a file, which is deleted when this goes.
-    File(TempPath),
-}
-
-/// How the system's loader says that it may not load from somewhere.
-const REFUSALS: [&str; 3] = ["failed to map", "not permitted", "denied"];
-
-/// Makes a library loadable and loads it.
-/// * `load` — from a path; in an error, why not.
-///
-/// The error is the system's, with the way out where it may not load from the folder for temporary files.
+/// Makes a library loadable and loads it from there; the error is the system's.
 pub(super) fn unpacked<T>(
     library: &[u8],
     load: impl Fn(&Path) -> Result<T, String>,
 ) -> io::Result<T> {
-    if let Ok(memory) = in_memory(library) {
-        match load(memory.path()) {
-            Err(reason) if is_refusal(&reason) => {}
-            result => return result.map_err(io::Error::other),
-        }
+    if let Ok((_memory, path)) = in_memory(library)
+        && let Ok(loaded) = load(&path)
+    {
+        return Ok(loaded);
     }
-    let file = in_file(library)?;
-    load(file.path()).map_err(|reason| io::Error::other(file.explained(reason)))
+    // What else is wrong is wrong with a file, too.
+    let mut file = tempfile::Builder::new().prefix("libtscsumo-").suffix(".so").tempfile()?;
+    file.write_all(library)?;
+    let file = file.into_temp_path();
+    load(&file).map_err(|reason| {
+        let folder = std::env::temp_dir();
+        let hint =
+            "where it may not be mapped, set TMPDIR to a folder from which programs may be run";
+        io::Error::other(match reason.contains("failed to map") {
+            true => format!("{reason}; {}: {hint}", folder.display()),
+            false => reason,
+        })
+    })
 }
 
-fn is_refusal(reason: &str) -> bool {
-    REFUSALS.iter().any(|words| reason.contains(words))
-}
-
+/// Returns memory with a library, and a name that holds while it is open.
 #[cfg(target_os = "linux")]
-fn in_memory(library: &[u8]) -> io::Result<Unpacked> {
+fn in_memory(library: &[u8]) -> io::Result<(File, PathBuf)> {
+    use std::os::fd::AsRawFd;
+
     use rustix::fs::{MemfdFlags, memfd_create};
 
     // Systems that refuse programs in memory unless they are told of them know the second flag, others do not.
@@ -55,44 +46,12 @@ fn in_memory(library: &[u8]) -> io::Result<Unpacked> {
     let mut memory = File::from(memory);
     memory.write_all(library)?;
     let path = PathBuf::from(format!("/proc/self/fd/{}", memory.as_raw_fd()));
-    // Where /proc is missing, and where memory may not be run, the loader could not open it either.
-    rustix::fs::access(&path, rustix::fs::Access::EXEC_OK)?;
-    Ok(Unpacked::Memory { path, _memory: memory })
+    Ok((memory, path))
 }
 
 #[cfg(not(target_os = "linux"))]
-fn in_memory(_: &[u8]) -> io::Result<Unpacked> {
+fn in_memory(_: &[u8]) -> io::Result<(File, PathBuf)> {
     Err(io::ErrorKind::Unsupported.into())
-}
-
-fn in_file(library: &[u8]) -> io::Result<Unpacked> {
-    let mut file = tempfile::Builder::new().prefix("libtscsumo-").suffix(".so").tempfile()?;
-    file.write_all(library)?;
-    Ok(Unpacked::File(file.into_temp_path()))
-}
-
-impl Unpacked {
-    /// What to load.
-    fn path(&self) -> &Path {
-        match self {
-            Self::Memory { path, .. } => path,
-            Self::File(path) => path,
-        }
-    }
-
-    /// Returns why it could not be loaded, with the way out where the folder may be the reason.
-    fn explained(&self, reason: String) -> String {
-        match self {
-            Self::File(path) if is_refusal(&reason) => {
-                let folder = path.parent().unwrap_or(path).display();
-                format!(
-                    "{reason}; {folder} may be mounted noexec: set TMPDIR to a folder from which programs may be \
-                     run"
-                )
-            }
-            _ => reason,
-        }
-    }
 }
 
 #[cfg(test)]
@@ -100,41 +59,16 @@ mod tests {
     use super::*;
 
     #[test]
-    #[cfg(target_os = "linux")]
-    fn a_library_in_memory_leaves_no_file() {
-        let unpacked = in_memory(b"library").unwrap();
-        assert_eq!(std::fs::read(unpacked.path()).unwrap(), b"library");
-        let to = std::fs::read_link(unpacked.path()).unwrap();
-        assert_eq!(to.to_string_lossy(), "/memfd:libtscsumo.so (deleted)");
-    }
-
-    #[test]
-    fn what_memory_refuses_is_loaded_from_a_file_and_other_reasons_are_told() {
+    fn what_memory_refuses_is_loaded_from_a_file_that_goes_with_it() {
         let tried = std::cell::RefCell::new(Vec::new());
         let load = |path: &Path| {
+            assert_eq!(std::fs::read(path).unwrap(), b"library");
             tried.borrow_mut().push(path.to_path_buf());
-            match tried.borrow().len() {
-                1 => Err("memfd: failed to map segment".to_owned()),
-                _ => Ok(()),
-            }
+            Err::<(), _>("it failed to map a segment".to_owned())
         };
-        unpacked(b"library", load).unwrap();
-        let missing = |_: &Path| Err::<(), _>("libsumocpp.so: cannot open".to_owned());
-        assert_eq!(unpacked(b"x", missing).unwrap_err().to_string(), "libsumocpp.so: cannot open");
-    }
-
-    #[test]
-    fn a_library_in_a_file_goes_with_it_and_says_what_to_do_on_noexec() {
-        let unpacked = in_file(b"library").unwrap();
-        let path = unpacked.path().to_path_buf();
-        assert_eq!(std::fs::read(&path).unwrap(), b"library");
-        let e = unpacked.explained("x.so: failed to map segment from shared object".into());
-        assert!(e.contains("may be mounted noexec: set TMPDIR"), "{e}");
-        assert_eq!(
-            unpacked.explained("libproj.so.25: cannot open".into()),
-            "libproj.so.25: cannot open"
-        );
-        drop(unpacked);
-        assert!(!path.exists());
+        let e = unpacked(b"library", load).unwrap_err().to_string();
+        assert!(e.contains("set TMPDIR"), "{e}");
+        let tried = tried.take();
+        assert!(tried.len() == 2 && !tried[1].exists(), "{tried:?}");
     }
 }
