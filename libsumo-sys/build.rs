@@ -34,6 +34,7 @@ fn main() {
     }
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=csrc");
+    println!("cargo:rerun-if-changed=src/stamp.rs");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     let found = custom().or_else(wheel).or_else(debian).unwrap_or_else(|| {
         panic!(
@@ -56,6 +57,9 @@ fn main() {
     println!("cargo:rustc-env=LIBSUMO_KIND={}", found.kind);
     println!("cargo:rustc-env=LIBSUMO_INCLUDE={}", found.include.display());
     println!("cargo:rustc-env=LIBSUMO_LIBRARY={}", found.library.display());
+    let bytes = fs::read(&found.library).expect("the library was found");
+    println!("cargo:rustc-env=LIBSUMO_VERSION={}", version(&bytes).unwrap_or_default());
+    println!("cargo:rustc-env=LIBSUMO_STAMP={}", stamp(&found.library).unwrap_or_default());
     compile_shim(&found, &out.join("libtscsumo.so"));
     declare(&found, &out);
 }
@@ -114,6 +118,20 @@ fn python_of(library: &Path) -> Option<String> {
     let (major, minor) = digits.split_at_checked(1)?;
     Some(format!("{major}.{minor}"))
 }
+
+/// Returns the text with which a library says its version, such as `SUMO 1.15.0`, if it has one such text.
+fn version(library: &[u8]) -> Option<&str> {
+    let texts = library.split(|byte| *byte == 0).filter(|text| text.starts_with(b"SUMO "));
+    let texts = texts.filter_map(|text| str::from_utf8(text).ok());
+    let mut versions = texts.filter(|text| {
+        let number = text[5..].trim_start_matches('v');
+        let is_part = |c: char| c.is_ascii_alphanumeric() || ['.', '_', '+', '-'].contains(&c);
+        number.starts_with(|c: char| c.is_ascii_digit()) && number.chars().all(is_part)
+    });
+    versions.next().filter(|_| versions.next().is_none())
+}
+
+include!("src/stamp.rs");
 
 /// Whether a library takes C++ texts as compilers before C++11 laid them out.
 fn has_old_texts(library: &Path) -> bool {

@@ -31,6 +31,7 @@ fn installed_programs_and_set_phases_take_effect() {
     let _alone = crate::alone();
     let scenario = Scenario::new();
     let mut sim = SumoSim::new().unwrap();
+    assert_eq!(SumoSim::version_unloaded().unwrap(), sim.version().unwrap());
     let add = scenario.file("gaps", "add");
     let actuated = |id: &str, parameter: &str| {
         format!(

@@ -167,7 +167,7 @@ pub fn load(_: &Intake, _: &SignalSettings) -> Result<Result<Loaded, Vec<Obstacl
 /// Fails with [`SimError::Unavailable`] when it is missing.
 #[cfg(feature = "libsumo")]
 pub fn version() -> Result<String, SimError> {
-    super::sim::libsumo::SumoSim::new()?.version()
+    super::sim::libsumo::SumoSim::version_unloaded()
 }
 
 /// Returns the simulator's version, which this build cannot have.

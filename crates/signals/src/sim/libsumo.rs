@@ -147,6 +147,16 @@ impl SumoSim {
         Ok(unsafe { owned(name) })
     }
 
+    /// Returns SUMO's version, and loads it only where it is not the file of the build.
+    /// Fails with [`SimError`] when the library is missing or cannot answer.
+    pub fn version_unloaded() -> Result<String, SimError> {
+        let of_build = place::library().is_ok_and(|library| library.as_os_str() == LIBRARY);
+        match libsumo_sys::version().filter(|_| of_build) {
+            Some(version) => Ok(version.to_owned()),
+            None => Self::new()?.version(),
+        }
+    }
+
     /// Returns the command line with which SUMO is started for an episode, its name first.
     /// Fails with [`SimError`] when the configuration cannot be read.
     pub fn command_line(options: &StartOptions) -> Result<Vec<CString>, SimError> {
