@@ -25,6 +25,9 @@ use tsc_family::traffic::program::{ProgramPhase, RingStages};
 use tsc_family::traffic::settings::{Scenario, SixFeatures};
 use tsc_family::traffic::sim::libsumo::SumoSim;
 
+/// Length of an episode, in which every phase of the longest cycle is shown.
+const HORIZON_S: usize = 360;
+
 const RESCO: Limits = Limits {
     yellow: 3,
     all_red: 0,
@@ -34,6 +37,9 @@ const RESCO: Limits = Limits {
     walk: 0,
     max_green: usize::MAX,
 };
+
+/// Those that planted violations are held against.
+const PLANTED: Limits = Limits { all_red: 1, min_left: 5, max_green: 20, ..RESCO };
 
 /// Point MDPs with their limits under `field`, computed by hand:
 /// yellow 1 + v / 6.1, all-red (w + 6.1) / v, together rounded up; walk 7 + w / 1.067 with lanes of 12 ft.
@@ -104,7 +110,7 @@ impl Watch {
 
     fn check(&mut self) {
         let states = states(&self.states);
-        assert!(states.len() >= 599, "only {} states were saved", states.len());
+        assert!(states.len() >= HORIZON_S - 1, "only {} states were saved", states.len());
         self.seconds += states.len();
         // Four equal arms count from the right turn; wherever it has no green and no yellow, it may go on red, but
         // beside a green that yields to it.
@@ -226,6 +232,7 @@ fn scenario(preset: &str, actions: &str) -> Scenario {
         format!("preset={preset}"),
         more.to_owned(),
         format!("signal.actions={actions}"),
+        format!("demand.horizon_s={HORIZON_S}"),
         "fixed_time.simulations=8".to_owned(),
         "training.episodes=1".to_owned(),
     ];
@@ -266,7 +273,9 @@ fn checked_seconds(preset: &str) -> usize {
     let (mut seconds, mut within_rings) = (0, false);
     for actions in ["own-greens", "all-pairs"] {
         let scenario = scenario(preset, actions);
-        for (name, features, field) in POINTS {
+        // Streets of every speed have the same limits under `resco`.
+        let points = if preset == "field" { &POINTS[..] } else { &POINTS[1..] };
+        for &(name, features, field) in points {
             let folder = tempfile::tempdir().unwrap();
             let limits = if preset == "field" { field } else { RESCO };
             let mut watch = Watch::new(&scenario, features, limits, folder.path());
@@ -321,12 +330,11 @@ fn checked_lefts() -> usize {
                 watch.by_link = name == nema::METHOD.name;
                 watch.episode(controller.as_mut(), 99).unwrap();
                 let states = states(&watch.states);
+                let per_arm = states[0].len() / 4;
                 let lefts = |letter: char| {
-                    let per_arm = states[0].len() / 4;
-                    let left = |link: usize| link % per_arm == per_arm - 1;
-                    states
-                        .iter()
-                        .any(|s| s.chars().enumerate().any(|(i, c)| left(i) && c == letter))
+                    let mut left =
+                        states.iter().flat_map(|s| s.chars().skip(per_arm - 1).step_by(per_arm));
+                    left.any(|c| c == letter)
                 };
                 match setting {
                     "signal.left_turns=permissive" => assert!(!lefts('G'), "{name}, {actions}"),
@@ -364,30 +372,23 @@ fn lights_of_other_limits_are_found_out() {
     }
 }
 
+/// Returns what a check says of states that each last for some seconds.
+fn said(check: impl Fn(&[String]) -> Vec<String>, script: &[(&str, usize)]) -> Vec<String> {
+    let second = |(state, count): &(&str, usize)| vec![(*state).to_owned(); *count];
+    check(&script.iter().flat_map(second).collect::<Vec<_>>())
+}
+
 #[test]
 fn planted_violations_of_two_rings_are_found() {
-    let limits = Limits {
-        yellow: 3,
-        all_red: 1,
-        min_through: 7,
-        min_left: 5,
-        min_state: 7,
-        walk: 0,
-        max_green: 20,
-    };
-    let play = |script: &[(&str, usize)]| -> Vec<String> {
-        let second = |(state, count): &(&str, usize)| vec![(*state).to_owned(); *count];
-        let states: Vec<String> = script.iter().flat_map(second).collect();
-        violations_by_link(&states, &ways(12), &|_, _| true, &limits)
-    };
+    let check = |states: &[String]| violations_by_link(states, &ways(12), &|_, _| true, &PLANTED);
     let red = ("rrrrrrrrrrrr", 2);
     let main = |seconds| ("GGgrrrGGgrrr", seconds);
     let ends = ("yyyrrryyyrrr", 3);
     let left = ("GGGrrrrrrrrr", 5);
     let fair = [red, left, ("GGgrrrrrrrrr", 4), main(9), ends, red, ("rrrGGgrrrGGg", 9)];
-    assert_eq!(play(&fair), [""; 0]);
+    assert_eq!(said(check, &fair), [""; 0]);
     let found = |script: &[(&str, usize)], what: &str| {
-        let wrong = play(script);
+        let wrong = said(check, script);
         assert!(wrong.iter().any(|w| w.contains(what)), "{what}: {wrong:?}");
     };
     found(&[red, ("GGGrrrGGgrrr", 9)], "links 2 and 7 have right of way");
@@ -404,23 +405,12 @@ fn planted_violations_of_two_rings_are_found() {
 
 #[test]
 fn planted_violations_are_found() {
-    let limits = Limits {
-        yellow: 3,
-        all_red: 1,
-        min_through: 7,
-        min_left: 5,
-        min_state: 7,
-        walk: 0,
-        max_green: 20,
-    };
-    let play = |script: &[(&str, usize)]| -> Vec<String> {
-        let second = |(state, count): &(&str, usize)| vec![(*state).to_owned(); *count];
-        violations(&script.iter().flat_map(second).collect::<Vec<_>>(), &[0], &limits)
-    };
+    let check = |states: &[String]| violations(states, &[0], &PLANTED);
     let first = ("Gr", 9);
-    assert_eq!(play(&[first, ("yr", 3), ("rr", 1), ("rG", 5), ("ry", 3), ("rr", 2)]), [""; 0]);
+    let fair = [first, ("yr", 3), ("rr", 1), ("rG", 5), ("ry", 3), ("rr", 2)];
+    assert_eq!(said(check, &fair), [""; 0]);
     let found = |script: &[(&str, usize)], what: &str| {
-        let wrong = play(script);
+        let wrong = said(check, script);
         assert!(wrong.iter().any(|w| w.contains(what)), "{wrong:?}");
     };
     found(&[first, ("yr", 2), ("rr", 1), ("rG", 9)], "2 s of yellow");
@@ -433,15 +423,12 @@ fn planted_violations_are_found() {
 
 #[test]
 fn planted_haste_is_found() {
-    let limits = field(3, 1, 19);
-    let play = |script: &[(&str, usize)]| -> Vec<String> {
-        let second = |(state, count): &(&str, usize)| vec![(*state).to_owned(); *count];
-        hurried(&script.iter().flat_map(second).collect::<Vec<_>>(), &ways(12), &limits)
-    };
+    let check = |states: &[String]| hurried(states, &ways(12), &field(3, 1, 19));
     let red = ("rrrrrrrrrrrr", 2);
-    assert_eq!(play(&[red, ("GGgrrrGGgrrr", 19), red]), [""; 0]);
-    assert_eq!(play(&[red, ("GGgrrrGGgrrr", 18), red]).len(), 2);
+    assert_eq!(said(check, &[red, ("GGgrrrGGgrrr", 19), red]), [""; 0]);
+    assert_eq!(said(check, &[red, ("GGgrrrGGgrrr", 18), red]).len(), 2);
     // The second green has an arrow over arm 1; arm 3 can be crossed in both.
-    let wrong = play(&[red, ("GGgrrrGGgrrr", 12), ("GGgrrryyyrrr", 3), ("GGGrrrrrrrrr", 9), red]);
+    let arrow = ("GGGrrrrrrrrr", 9);
+    let wrong = said(check, &[red, ("GGgrrrGGgrrr", 12), ("GGgrrryyyrrr", 3), arrow, red]);
     assert_eq!(wrong, ["2 s: arm 1 can be crossed for 15 s, not 19"]);
 }
