@@ -159,14 +159,14 @@ fn a_pack_of_a_run_that_another_build_planned_says_so() {
 #[test]
 fn a_pack_that_is_asked_to_stop_keeps_its_training_and_goes_on_to_the_same_record() {
     let dir = tempfile::tempdir().unwrap();
-    let learn = "run smoke --methods idqn --budget 1 --episodes 45 --eval-seeds 1 \
+    let learn = "run smoke --methods idqn --budget 1 --episodes 24 --eval-seeds 1 \
                  --set demand.horizon_s=120";
     succeed(dir.path(), &format!("{learn} --quiet --out here"));
     succeed(dir.path(), &format!("{learn} --out out --executor script"));
     let (log, checkpoint) =
         (dir.path().join("out/logs/000/1.log"), dir.path().join("out/ckpt/000/1.safetensors"));
     // Until an episode is over there is nothing to keep; how long that takes, the machine's other work decides.
-    let mut patience = [(Signal::TERM, 400), (Signal::USR1, 400)].into_iter();
+    let mut patience = [(Signal::TERM, 200), (Signal::USR1, 200)].into_iter();
     let mut next = patience.next();
     while let Some((signal, wait_ms)) = next {
         let _ = (fs::remove_file(&log), fs::remove_file(&checkpoint));

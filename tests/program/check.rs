@@ -5,20 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::common::{run, stderr, stdout, succeed};
+use crate::folder::Folder;
 use crate::outcomes::refused;
 
 const LEARN: &str = "run smoke --methods idqn,max-pressure --episodes 2 --eval-seeds 1 --quiet \
-                     --set signal.delta_time_s=30 --out out";
-
-fn results() -> tempfile::TempDir {
-    results_of(LEARN)
-}
-
-fn results_of(command: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    succeed(folder.path(), command);
-    folder
-}
+                     --set signal.delta_time_s=30 --set demand.horizon_s=120 --out out";
 
 fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut content = BTreeMap::new();
@@ -50,7 +41,7 @@ fn check(folder: &Path, args: &str) -> (Option<i32>, String, String) {
 
 #[test]
 fn a_sound_folder_is_said_to_be_sound() {
-    let folder = results();
+    let folder = Folder::after(LEARN);
     let (code, said, notes) = check(folder.path(), "");
     let expected =
         "out: 6 of 6 records are sound, 2 models are sound, 2 point MDPs have their files\n";
@@ -62,7 +53,7 @@ fn a_sound_folder_is_said_to_be_sound() {
 
 #[test]
 fn every_kind_of_damage_is_named_at_once_and_done_again_when_it_is_gone() {
-    let folder = results();
+    let folder = Folder::after(LEARN);
     let before = content(folder.path());
     let out = folder.path().join("out");
     flip(&out.join("done/000/1.jsonl"));
@@ -96,7 +87,7 @@ fn every_kind_of_damage_is_named_at_once_and_done_again_when_it_is_gone() {
 
 #[test]
 fn damaged_networks_are_built_again_by_the_command_of_the_run() {
-    let folder = results();
+    let folder = Folder::after(LEARN);
     let before = content(folder.path());
     let net = fs::canonicalize(folder.path().join("networks/smoke/busy/busy.net.xml")).unwrap();
     flip(&net);
@@ -114,7 +105,7 @@ fn damaged_networks_are_built_again_by_the_command_of_the_run() {
 
 #[test]
 fn what_can_only_come_from_a_copy_is_named() {
-    let folder = results();
+    let folder = Folder::after(LEARN);
     let manifest = folder.path().join("out/manifest.json");
     let text = fs::read_to_string(&manifest).unwrap();
     fs::write(&manifest, text.replacen("\"base_seed\": 0", "\"base_seed\": 1", 1)).unwrap();
@@ -140,7 +131,8 @@ fn what_can_only_come_from_a_copy_is_named() {
 
 #[test]
 fn the_same_command_writes_what_a_run_began_with_again_and_keeps_the_records() {
-    let folder = results_of(&format!("{LEARN} --budget 2"));
+    let folder = tempfile::tempdir().unwrap();
+    succeed(folder.path(), &format!("{LEARN} --budget 2"));
     let out = folder.path().join("out");
     let read = |name: &str| fs::read(out.join(name)).unwrap();
     let (manifest, design, before) =
@@ -203,7 +195,7 @@ fn places_in_which_a_digit_is_another_are_refused_and_written_again() {
 
 #[test]
 fn a_run_that_is_not_over_is_sound_and_incomplete() {
-    let folder = results();
+    let folder = Folder::after(LEARN);
     fs::remove_file(folder.path().join("out/done/000/3.jsonl")).unwrap();
     let (code, said, notes) = check(folder.path(), "");
     assert_eq!(code, Some(6));

@@ -69,7 +69,7 @@ fn a_run_is_told_in_lines_repaired_by_repeating_it_and_reported_against_others()
 #[test]
 fn records_depend_neither_on_the_number_of_workers_nor_on_a_kill() {
     let folder = Folder::new();
-    let long = "run smoke --eval-seeds 4 --methods fixed-time,max-pressure,actuated --set demand.horizon_s=600 --quiet";
+    let long = "run smoke --eval-seeds 4 --methods fixed-time,max-pressure,actuated --set demand.horizon_s=300 --quiet";
     folder.run(&format!("{long} --out whole --jobs 1"));
     let args = shlex::split(&format!("{long} --out killed --jobs 3")).unwrap();
     let mut child = program(folder.path()).args(args).stderr(Stdio::null()).spawn().unwrap();
@@ -91,8 +91,7 @@ fn records_depend_neither_on_the_number_of_workers_nor_on_a_kill() {
 
 #[test]
 fn an_altered_network_is_refused_until_it_is_built_again() {
-    let folder = Folder::new();
-    folder.run("build-networks smoke --quiet");
+    let folder = Folder::after("build-networks smoke --quiet");
     let net = "networks/smoke/busy/busy.net.xml";
     let text = folder.read(net);
     folder.write(net, &text.replacen("speed=\"", "speed=\"1", 1));
@@ -127,8 +126,7 @@ fn settings_are_part_of_what_a_run_is_and_replicates_are_averaged() {
 
 #[test]
 fn a_sumo_scenario_is_a_point_mdp_too_and_needs_a_signal() {
-    let folder = Folder::new();
-    folder.run("build-networks smoke --quiet");
+    let folder = Folder::after("build-networks smoke --quiet");
     let methods = "--methods program,max-pressure --eval-seeds 1 --json";
     let text = folder.run(&format!("run --sumocfg networks/smoke/busy/busy.sumocfg {methods}"));
     let program = lines(&text, "method");

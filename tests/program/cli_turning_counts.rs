@@ -265,7 +265,7 @@ fn an_existing_plan_is_simulated_and_compared_with() {
     let folder = with_counts();
     folder.write("p.csv", PLAN);
     folder.run("build-networks a.toml --turning-counts c.csv --existing p.csv --out city");
-    let options = "--budget all --eval-seeds 2 --set demand.horizon_s=600";
+    let options = "--budget all --eval-seeds 2 --set demand.horizon_s=300";
     folder.run(&format!(
         "run city {options} --set fixed_time.simulations=8 --against existing --out r"
     ));

@@ -11,7 +11,7 @@ use crate::folder::Folder;
 #[test]
 fn a_run_has_records_and_models_and_is_the_same_with_two_workers() {
     let folder = Folder::new();
-    let run = "run cartpole --budget 2 --methods ppo,dqn --set ppo.total_steps=4096 --set dqn.total_steps=4000 -q";
+    let run = "run cartpole --budget 2 --methods ppo,dqn --set ppo.total_steps=4096 --set dqn.total_steps=2000 -q";
     folder.run(&format!("{run} --out one --jobs 1"));
     folder.run(&format!("{run} --out two --jobs 2"));
     assert_eq!(folder.records("one"), folder.records("two"));
@@ -71,9 +71,10 @@ fn every_control_task_runs_with_every_method_from_the_family_to_the_page() {
     }
     let folder = Folder::new();
     for (task, methods, metric) in tasks {
-        let mut command = format!("run {task} --budget 1 --methods {methods} -q --out {task}");
+        let mut command =
+            format!("run {task} --budget 1 --eval-seeds 1 --methods {methods} -q --out {task}");
         for method in methods.split(',') {
-            command += &format!(" --set {method}.total_steps=1000");
+            command += &format!(" --set {method}.total_steps=500");
             if ["sac", "td3"].contains(&method) {
                 command += &format!(" --set {method}.hidden=8 --set {method}.batch_size=8");
             }

@@ -7,6 +7,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::common::{program, stderr, succeed};
+use crate::folder::Folder;
 
 fn start(folder: &Path, args: &str) -> Child {
     let mut program = program(folder);
@@ -54,14 +55,13 @@ fn networks_that_are_built_anew_meanwhile_change_no_record() {
 
 #[test]
 fn vehicles_that_are_edited_within_a_task_leave_no_record() {
-    let folder = tempfile::tempdir().unwrap();
-    succeed(folder.path(), "build-networks smoke --quiet");
+    let folder = Folder::after("build-networks smoke --quiet");
     fs::create_dir(folder.path().join("city")).unwrap();
     for ending in ["net.xml", "rou.xml", "sumocfg"] {
         let from = folder.path().join(format!("networks/smoke/busy/busy.{ending}"));
         fs::copy(from, folder.path().join(format!("city/busy.{ending}"))).unwrap();
     }
-    let run = "run --sumocfg city/busy.sumocfg --methods program --eval-seeds 8 --quiet --out";
+    let run = "run --sumocfg city/busy.sumocfg --methods program --eval-seeds 3 --quiet --out";
     let routes = folder.path().join("city/busy.rou.xml");
     let text = fs::read_to_string(&routes).unwrap();
     let vehicle = text.lines().find(|line| line.contains("<vehicle")).unwrap();

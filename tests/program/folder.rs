@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::process::{Command, Output};
+use std::sync::{Mutex, PoisonError};
 
 use serde_json::Value;
 
-use crate::common::{program, stderr, stdout};
+use crate::common::{program, stderr, stdout, succeed};
 
 pub(crate) type Row = BTreeMap<String, String>;
 
@@ -29,6 +30,24 @@ impl Folder {
     pub(crate) fn with(files: &[(&str, &str)]) -> Self {
         let folder = Self::new();
         files.iter().for_each(|(name, text)| folder.write(name, text));
+        folder
+    }
+
+    /// A copy of the folder that a command leaves, which runs once for all tests that begin with it.
+    pub(crate) fn after(args: &'static str) -> Self {
+        static MADE: Mutex<BTreeMap<&str, PathBuf>> = Mutex::new(BTreeMap::new());
+        let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("after-{}", made.len()));
+        let kept = made.entry(args).or_insert_with(|| {
+            let _ = fs::remove_dir_all(&kept);
+            fs::create_dir_all(&kept).unwrap();
+            succeed(&kept, args);
+            kept
+        });
+        let folder = Self::new();
+        let mut copy = Command::new("cp");
+        let copied = copy.args(["-a", "."]).arg(folder.path()).current_dir(kept).status().unwrap();
+        assert!(copied.success());
         folder
     }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use crate::common::{stderr, stdout};
+use crate::folder::Folder;
 use serde_json::Value;
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::Manifest;
@@ -70,11 +71,13 @@ fn a_run_that_knows_enough_stops_and_says_so_again() {
     assert!(code == Some(0) && checked.contains("look 1 of 2: 24 of 24 records"), "{checked}");
 }
 
+/// A run of two looks, which the first one did not end.
+const GROWN: &str = "run cartpole --budget 12 --looks 4,12 --until-decided --out r --set ppo.total_steps=2048 \
+    --set dqn.total_steps=2000 --eval-seeds 2";
+
 #[test]
 fn the_look_that_is_under_way_is_what_status_and_resume_are_about() {
-    let dir = tempfile::tempdir().unwrap();
-    let args = ["--budget", "12", "--looks", "4,12", "--until-decided", "--out", "r"];
-    run(&args, dir.path());
+    let dir = Folder::after(GROWN);
     let out = dir.path().join("r");
     assert_eq!(records(&out), 24);
     let code = |args: &[&str]| command(args, dir.path()).status.code();
@@ -95,9 +98,8 @@ fn the_look_that_is_under_way_is_what_status_and_resume_are_about() {
 
 #[test]
 fn a_look_that_was_not_begun_is_left_to_the_command_of_the_run() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = Folder::after(GROWN);
     let args = ["--budget", "12", "--looks", "4,12", "--until-decided", "--out", "r"];
-    run(&args, dir.path());
     let out = dir.path().join("r");
     let first = plan_of_look(&out, 0);
     for later in (0..24).filter(|task| !first.contains(task)) {
@@ -175,9 +177,8 @@ fn a_run_that_spends_its_budget_ends_with_the_sample_it_would_have_been_at_once(
 
 #[test]
 fn a_look_that_is_not_complete_does_not_count_and_is_gone_on_with() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = Folder::after(GROWN);
     let args = ["--budget", "12", "--looks", "4,12", "--until-decided", "--out", "r"];
-    run(&args, dir.path());
     let out = dir.path().join("r");
     if records(&out) == 8 {
         // Decided at the first look: nothing of another one can be lost.

@@ -10,8 +10,7 @@ use serde_json::Value;
 
 /// A folder with a network and its vehicles as `n.xml` and `r.xml`, and some lane of the network.
 fn city() -> (Folder, String) {
-    let folder = Folder::new();
-    folder.run("build-networks smoke --quiet");
+    let folder = Folder::after("build-networks smoke --quiet");
     let net = folder.read("networks/smoke/busy/busy.net.xml");
     folder.write("n.xml", &net);
     folder.write("r.xml", &folder.read("networks/smoke/busy/busy.rou.xml"));

@@ -21,7 +21,7 @@ const MINE: &str = "--controller \"mine=exec:sh mine.sh\"";
 #[test]
 fn a_command_is_ranked_and_a_changed_one_is_another_run() {
     let folder = Folder::with(&[("mine.sh", &script("echo '{\"phases\":[0]}'"))]);
-    let command = format!("run smoke --methods max-pressure {SHORT} {MINE} --out");
+    let command = format!("run smoke --methods max-pressure {SHORT} --budget 1 {MINE} --out");
     let said = folder.run(&format!("{command} a"));
     assert!(said.contains("   mine   "), "{said}");
     let own = folder.json("a/manifest.json")["identity"]["controllers"][0].clone();
@@ -59,7 +59,7 @@ fn a_command_that_misbehaves_is_a_failed_record_and_the_run_goes_on() {
     ];
     let folder = Folder::new();
     let mut command =
-        format!("run smoke --methods max-pressure {SHORT} --answer-timeout 1 --out a");
+        format!("run smoke --methods max-pressure {SHORT} --budget 1 --answer-timeout 1 --out a");
     for (i, (act, _)) in misbehaviours.iter().enumerate() {
         folder.write(&format!("{i}.sh"), &script(act));
         command += &format!(" --controller \"c{i}=exec:sh {i}.sh\"");

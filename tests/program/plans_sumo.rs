@@ -155,7 +155,7 @@ fn plans_of_several_signals_in_an_imported_scenario_repeat_delays_too() {
     let scenario = Scenario::new();
     let config = three_signals(&scenario);
     let folder = config.parent().unwrap();
-    let methods = "--methods fixed-time,actuated,program --set fixed_time.simulations=20";
+    let methods = "--methods fixed-time,actuated,program --set fixed_time.simulations=8";
     succeed(folder, &format!("run --sumocfg a.sumocfg {methods} --eval-seeds 2 --quiet --out out"));
     for (summary, rows) in records(folder) {
         let method = summary["method"].as_str().unwrap();

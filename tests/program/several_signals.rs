@@ -119,9 +119,9 @@ fn street(files: &Scenario, end_s: u32) -> std::path::PathBuf {
 #[test]
 fn rings_keep_to_a_common_cycle_and_the_cabinet_is_told_cycle_offset_and_splits() {
     let files = Scenario::new();
-    let config = street(&files, 600);
+    let config = street(&files, 450);
     let folder = config.parent().unwrap();
-    let methods = "--methods nema,coordinated,fixed-time --eval-seeds 3 --set coordinated.simulations=8 \
+    let methods = "--methods nema,coordinated,fixed-time --eval-seeds 2 --set coordinated.simulations=8 \
                    --set fixed_time.simulations=8";
     succeed(
         folder,
