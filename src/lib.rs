@@ -33,7 +33,7 @@
 //! | --- | --- |
 //! | a method of one's own for signals | [`traffic::control::Controller`], [`Traffic::with`], [`cli::main_with`], `examples/own_controller.rs` |
 //! | another domain | [`run::domain`], with [`cartpole`] as the example |
-//! | who does the tasks | [`run::executor`]: one of one's own goes to [`run::session::Session::work`] |
+//! | who does the tasks | [`run::executor`] |
 //! | from a sample to the family | [`analysis::estimator`] |
 //! | tables, figures, the page | [`report`]; [`report::Plain`] for a domain that adds nothing |
 //! | families, samples | [`family`], [`sample`] |

@@ -7,14 +7,13 @@ use control_tasks::mujoco::MujocoError;
 use osm_signals::OsmError;
 
 use crate::analysis::AnalysisError;
-use crate::export::ExportError;
 use crate::family::error::FamilyError;
 use crate::files::FileError;
 use crate::report::ReportError;
 use crate::run::error::RunError;
 use crate::run::fault::TrialError;
 pub use crate::run::stop::STOPPED;
-use crate::sample::{ChoiceError, SampleError};
+use crate::sample::SampleError;
 use crate::store::error::StoreError;
 use crate::study::StudyError;
 use crate::traffic::city::CityError;
@@ -84,7 +83,6 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
         FileError { e => file(e), }
         Refused { _ => USAGE, }
         SampleError { _ => USAGE, }
-        ChoiceError { _ => USAGE, }
         AnalysisError { _ => USAGE, }
         StudyError { _ => USAGE, }
         MujocoError { _ => NO_SUMO, }
@@ -98,11 +96,6 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             _ => USAGE,
         }
         ReportError { ReportError::Io(e) => file(e), _ => UNEXPECTED, }
-        ExportError {
-            ExportError::Io(e) => file(e),
-            ExportError::Store(e) => code(e),
-            _ => UNEXPECTED,
-        }
         RunError {
             RunError::Family(e) => code(e),
             RunError::Store(e) => code(e),

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::folder::check_file;
 use super::output::{line, note};
 use crate::cli::exit;
-use crate::export::{Exported, Format, export};
+use crate::export::{Format, export};
 use crate::store::Layout;
 
 /// `tsc-family export`.
@@ -44,7 +44,7 @@ pub(super) fn run(args: &ExportArgs) -> anyhow::Result<u8> {
     };
     let path = args.out.clone().unwrap_or_else(own);
     check_file(&path, "--out", &[b"PAR1", b"\xfd7zXZ"], "export of records")?;
-    let Exported { rows, tasks: (done, tasks) } = export(&layout, &path, args.format)?;
+    let (rows, done, tasks) = export(&layout, &path, args.format)?;
     if args.json {
         line(json!({"event": "export", "path": path, "rows": rows, "done": done, "tasks": tasks}))?;
         return Ok(exit::DONE);

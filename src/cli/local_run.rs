@@ -77,9 +77,7 @@ impl LocalRun<'_> {
         let mut monitor = Monitor::new(efforts, self.domain, self.json, self.quiet);
         let local = self.session.local(self.launcher.clone(), self.limits.here());
         let executor = self.limits.applied(local)?;
-        let outcome = self.session.work(&todo, &executor, interrupted, &mut |event| {
-            monitor.handle(event);
-        });
+        let outcome = executor.run(&todo, interrupted, &mut |event| monitor.handle(event));
         monitor.close();
         outcome?;
         Ok(todo.len() - monitor.finished())

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::json;
 
 use super::output::{Progress, line, note};
-use crate::run::domain::Domain;
-use crate::run::effort::TaskEffort;
+use crate::run::domain::{Domain, Effort};
 use crate::run::executor::Event;
 use crate::store::manifest::Task;
 use crate::store::record::{Outcome, Record};
@@ -17,7 +16,7 @@ const UNITS_PER_S: f64 = 1000.0;
 /// A task to do and how far it is.
 struct Work {
     task: Task,
-    effort: TaskEffort,
+    effort: Effort,
     episodes: u32,
 }
 
@@ -55,7 +54,7 @@ pub(super) struct Monitor<'d> {
 impl<'d> Monitor<'d> {
     /// Returns a monitor of the tasks to do.
     pub(super) fn new(
-        todo: impl IntoIterator<Item = (Task, TaskEffort)>,
+        todo: impl IntoIterator<Item = (Task, Effort)>,
         domain: &'d dyn Domain,
         json: bool,
         quiet: bool,
@@ -201,9 +200,9 @@ mod tests {
         Task { task, method: method.into(), point: "p".into(), replicate: 0, seed: 1 }
     }
 
-    fn effort(training: u32, evaluation: u32) -> TaskEffort {
+    fn effort(training: u32, evaluation: u32) -> Effort {
         let (training_s, evaluation_s) = (2.0, 1.0);
-        TaskEffort { training, training_s, evaluation, evaluation_s, is_informed: true }
+        Effort { training, training_s, evaluation, evaluation_s, is_informed: true }
     }
 
     fn progress(task: usize, episodes: u32, objective: f64) -> Event {

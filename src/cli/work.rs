@@ -14,7 +14,7 @@ use super::values::at_least_a_second;
 use crate::cli::exit::{self, refuse};
 use crate::report::format;
 use crate::run::batch::packs_of;
-use crate::run::executor::{Event, Executor, Local};
+use crate::run::executor::{Event, Local};
 use crate::run::worker::task_of;
 use crate::store::Layout;
 use crate::store::manifest::{Manifest, Task};

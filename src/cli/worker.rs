@@ -18,7 +18,9 @@ use crate::domains::domains;
 use crate::run::checkpoint::CHECKPOINT_EVERY_S;
 use crate::run::progress::{Failure, Fault, News, WorkerLine};
 use crate::run::watchdog::{STALL_TIMEOUT_S, Watchdog, stalled};
-use crate::run::worker::{Errand, serve};
+use crate::run::work::Workplace;
+use crate::run::worker::serve;
+use crate::store::Layout;
 use anyhow::Context;
 
 /// First descriptor that the pipe may get, beyond the three standard ones.
@@ -75,10 +77,10 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
     });
     // Where a limit allows no thread more, the task is done unwatched.
     let _watchdog = watchdog.inspect_err(|e| note(format!("nobody watches this task: {e}"))).ok();
-    let errand = Errand {
-        task: args.task,
-        manifest: args.manifest.clone(),
-        prepared: args.prepared.clone(),
+    let workplace = Workplace {
+        layout: Layout::new(&args.dir),
+        prepared: args.prepared.clone().unwrap_or_default(),
+        scratch: PathBuf::new(),
         attempt: args.attempt,
         checkpoint_every: Duration::from_secs(args.checkpoint_every_s),
         stop: stop()?,
@@ -87,7 +89,7 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
         News::Episode(progress) => say(&WorkerLine::Progress(progress)),
         News::Note(text) => note(text),
     };
-    match serve(&domains(), &args.dir, &errand, &mut news) {
+    match serve(&domains(), args.task, args.manifest.as_deref(), workplace, &mut news) {
         Ok(_) => {
             say(&WorkerLine::Done);
             Ok(exit::DONE)

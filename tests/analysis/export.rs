@@ -7,7 +7,7 @@ use crate::dropped::written;
 use crate::made_up::{evaluations, manifest, reported, write_results};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::{Field, Row as Line};
-use tsc_family::export::{Exported, Format, export};
+use tsc_family::export::{Format, export};
 use tsc_family::sample::Until;
 use tsc_family::store::Layout;
 use tsc_family::store::record::{Record, Row, RowKind, TaskResult};
@@ -58,7 +58,7 @@ fn every_episode_of_every_record_is_a_row_with_what_the_record_says() {
     let results = Results::load(&layout).unwrap();
     let sha256 = &results.sha256;
     let lines = lines(&path);
-    assert_eq!(exported, Exported { rows: lines.len(), tasks: (7, 8) });
+    assert_eq!(exported, (lines.len(), 7, 8));
     let mut left = lines.iter();
     for task in results.plan() {
         let Some(record) = Record::read(&layout, task, sha256).unwrap() else { continue };

@@ -4,9 +4,10 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::json;
+use tsc_family::family::Feature;
 use tsc_family::stats::Direction;
 use tsc_family::store::Layout;
-use tsc_family::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance};
+use tsc_family::store::manifest::{Identity, Manifest, PointRow, Provenance};
 use tsc_family::store::record::{Metrics, Record, Row, RowKind, TaskResult};
 
 /// A family: its methods, and per point MDP id, importance, size and what each method achieves; `None` has no record.
@@ -51,7 +52,7 @@ impl MadeUp<'_> {
                 simulator: "water".into(),
                 scenario: "swimmer".into(),
                 settings: json!({}),
-                features: vec![FeatureColumn { name: "size_m".into(), unit: "m".into() }],
+                features: vec![Feature { name: "size_m".into(), unit: "m".into() }],
                 // As in a file, in which what was added later has a default.
                 sample: serde_json::from_value(sample).unwrap(),
                 points: self.points.iter().map(point).collect(),

@@ -7,10 +7,11 @@ use std::path::Path;
 use tempfile::TempDir;
 use tsc_family::analysis::MethodSummary;
 use tsc_family::domains;
+use tsc_family::family::Feature;
 use tsc_family::report::{self, Report, ReportPaths, text};
 use tsc_family::sample::{Draw, SamplePlan, Sampling};
 use tsc_family::store::Layout;
-use tsc_family::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
+use tsc_family::store::manifest::{Identity, Manifest, PointRow, Provenance, Task};
 use tsc_family::store::record::{Metrics, Record, Row, RowKind, TaskResult};
 use tsc_family::store::results::Results;
 use tsc_family::store::wall::Wall;
@@ -39,7 +40,7 @@ fn point(id: &str, importance: f64, inflow_vph: f64) -> PointRow {
 pub(crate) fn manifest(methods: &[&str]) -> Manifest {
     let draw =
         |point: &str, weight| Draw { point: point.to_owned(), weight, count: 1, inclusion: None };
-    let feature = |name: &str, unit: &str| FeatureColumn { name: name.into(), unit: unit.into() };
+    let feature = |name: &str, unit: &str| Feature { name: name.into(), unit: unit.into() };
     Manifest {
         identity: Identity {
             domain: "traffic".into(),

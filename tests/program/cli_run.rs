@@ -110,8 +110,7 @@ fn settings_are_part_of_what_a_run_is_and_replicates_are_averaged() {
     let text = folder.run(&format!("{short} --set fixed_time.simulations=8 --json"));
     let settings = &folder.json("out/manifest.json")["identity"]["settings"];
     assert_eq!(settings["demand"]["horizon_s"], 300.0);
-    let expected =
-        "out holds another run: the setting fixed_time.simulations is 8 there and 9 now; give";
+    let expected = "out holds another run: fixed_time.simulations is 8 there and 9 now; give";
     let said = folder.says(5, &format!("{short} --set fixed_time.simulations=9"));
     assert!(said.contains(expected), "{said}");
     let rows = folder.rows("out/report/scores.csv");

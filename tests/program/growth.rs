@@ -222,7 +222,9 @@ fn another_rule_is_another_run() {
     let output = command(&[&["run", "cartpole"], &out[..], &SHORT].concat(), dir.path());
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(
-        said.contains("until it is known which of 2 methods is within 0.03 of the best there and not stopped early now"),
+        said.contains(
+            "sample.growth.until.within is [0.03,[\"ppo\",\"dqn\"]] there and not set now"
+        ),
         "{said}"
     );
 }

@@ -81,6 +81,7 @@ impl<T: Task> Domain for TaskDomain<T> {
             Effort {
                 training: u32::try_from(steps.div_ceil(row_steps)).unwrap_or(u32::MAX),
                 training_s: row_steps as f64 * method.decision_s * work,
+                evaluation: 0,
                 evaluation_s: f64::from(T::Dynamics::HORIZON) * T::STEP_S,
                 is_informed: true,
             }

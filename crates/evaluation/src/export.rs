@@ -34,35 +34,6 @@ pub enum Format {
     Packed,
 }
 
-/// What was written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Exported {
-    /// Rows of the table.
-    pub rows: usize,
-    /// Tasks that have a record, and all.
-    pub tasks: (usize, usize),
-}
-
-/// Why a table could not be written.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ExportError {
-    /// The results directory cannot be used.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// The file cannot be written.
-    #[error(transparent)]
-    Io(#[from] FileError),
-    /// The writer of Parquet files refused what it was given.
-    #[error("cannot write {path}: {reason}")]
-    Parquet {
-        /// The file.
-        path: String,
-        /// Its reason.
-        reason: String,
-    },
-}
-
 /// A row of the table: an episode of a record, or a record that has none.
 #[derive(Clone, Copy)]
 struct Line<'a> {
@@ -82,12 +53,17 @@ enum Cells<'a> {
     Text(Of<'a, &'a str>),
 }
 
-/// Writes all records of a results directory to a file, which is either as before or complete.
-pub fn export(layout: &Layout, to: &Path, format: Format) -> Result<Exported, ExportError> {
+/// Writes all records of a results directory to a file, which is either as before or complete; returns the rows of the table,
+/// the tasks that have a record, and all tasks.
+pub fn export(
+    layout: &Layout,
+    to: &Path,
+    format: Format,
+) -> Result<(usize, usize, usize), StoreError> {
     let results = Results::load_all(layout)?;
-    let tasks = (results.done().count(), results.plan().len());
+    let (done, tasks) = (results.done().count(), results.plan().len());
     if format == Format::Packed {
-        return Ok(Exported { rows: pack(layout, &results, to)?, tasks });
+        return Ok((pack(layout, &results, to)?, done, tasks));
     }
     // Of a sample that grows, only what the report is of has weights.
     let reported = results.clone().so_far();
@@ -103,12 +79,10 @@ pub fn export(layout: &Layout, to: &Path, format: Format) -> Result<Exported, Ex
     });
     let rows: Vec<Line<'_>> = rows.collect();
     let columns = columns(&results.manifest.identity, &results.episode_metrics());
-    let bytes = bytes(&columns, &rows).map_err(|e| ExportError::Parquet {
-        path: to.display().to_string(),
-        reason: e.to_string(),
-    })?;
+    let bytes = bytes(&columns, &rows);
+    let bytes = bytes.map_err(|e| FileError::at("write", to)(std::io::Error::other(e)))?;
     write_atomically(to, &bytes)?;
-    Ok(Exported { rows: rows.len(), tasks })
+    Ok((rows.len(), done, tasks))
 }
 
 /// Returns the columns by name, each with whether it is a metric; a feature or metric that is called as something before it

@@ -112,7 +112,7 @@ pub fn effort(
     let decisions = scenario.demand.horizon_s / f64::from(scenario.signal.delta_time_s);
     let training = training_episodes(method, scenario, signals);
     let training_s = evaluation_s + decisions * method.decision_s;
-    Effort { training, training_s, evaluation_s, is_informed }
+    Effort { training, training_s, evaluation: 0, evaluation_s, is_informed }
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ pub(crate) mod testing;
 
 use std::collections::{BTreeSet, HashMap};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use error::FamilyError;
 
@@ -20,7 +20,8 @@ pub use error::FamilyError;
 pub const IMPORTANCE_TOLERANCE: f64 = 1e-9;
 
 /// A context feature of a family: a name and a unit.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Feature {
     /// Name, with the unit as a suffix where it has one (`speed_mph`).
     pub name: String,

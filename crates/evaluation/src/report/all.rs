@@ -12,8 +12,8 @@ use super::whole::Report;
 use super::words::limit_in_words;
 use super::{format, text};
 use crate::analysis::{PointSummary, Winner};
+use crate::family::Feature;
 use crate::stats::bootstrap::RESAMPLES;
-use crate::store::manifest::FeatureColumn;
 
 const TEMPLATE: &str = include_str!("templates/all.html");
 
@@ -72,7 +72,7 @@ fn fails_known(data: &Report) -> bool {
     data.points.iter().zip(&data.winners).any(|pair| of(pair).is_some())
 }
 
-fn heading(feature: &FeatureColumn) -> [String; 2] {
+fn heading(feature: &Feature) -> [String; 2] {
     [format::words(&feature.name, &feature.unit), feature.unit.clone()]
 }
 

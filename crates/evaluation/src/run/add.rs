@@ -15,7 +15,6 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use super::checkpoint;
-use super::plan::Change;
 use crate::sample::{Design, SamplePlan};
 use crate::store::assisting::TRAINING;
 use crate::store::error::StoreError;
@@ -34,8 +33,11 @@ const FOLDERS: [&str; 4] = ["done", "models", "ckpt", "before"];
 const NUMBERED: [&str; 2] = ["logs", "jobs"];
 
 /// Returns what stands between an existing run and a larger one, in words; `None` if the existing one can be added to.
-pub(super) fn obstacle(there: &Identity, now: &Identity, change: Change<'_>) -> Option<String> {
-    let replaced = change.replaced;
+pub(super) fn obstacle(
+    there: &Identity,
+    now: &Identity,
+    (replaced, untrained): (&[String], &[&str]),
+) -> Option<String> {
     let mut same = now.clone();
     let stays = |method: &String| there.methods.contains(method);
     if there.methods.iter().all(|m| now.methods.contains(m)) {
@@ -60,7 +62,7 @@ pub(super) fn obstacle(there: &Identity, now: &Identity, change: Change<'_>) -> 
         }
     }
     // Nor have settings of training been read where no method learns.
-    if there.methods.iter().all(|m| change.untrained.contains(&m.as_str()))
+    if there.methods.iter().all(|m| untrained.contains(&m.as_str()))
         && let (Some(own), Some(before)) =
             (same.settings.get_mut(TRAINING), there.settings.get(TRAINING))
     {
@@ -280,7 +282,7 @@ mod tests {
         let (small, large) = (Layout::new(dir.path().join("a")), Layout::new(dir.path().join("b")));
         [&small, &large].iter().for_each(|layout| layout.make().unwrap());
         let (before, tasks) = with_request(&names(&["tuner"]), 2, 1);
-        establish(&small, before.clone(), &tasks, None, Change::default()).unwrap();
+        establish(&small, before.clone(), &tasks, None, (&[], &[])).unwrap();
         committed(&small, &before, &tasks);
         fs::create_dir_all(small.model(1).parent().unwrap()).unwrap();
         fs::write(small.model(1), "a model").unwrap();
@@ -293,9 +295,9 @@ mod tests {
             drop(tasks);
             now.identity.tasks()
         };
-        let added = establish(&small, now.clone(), &tasks, None, Change::default()).unwrap();
-        assert_eq!(added.kept, Some(4));
-        establish(&large, now.clone(), &tasks, None, Change::default()).unwrap();
+        let added = establish(&small, now.clone(), &tasks, None, (&[], &[])).unwrap();
+        assert_eq!(added.1, Some(4));
+        establish(&large, now.clone(), &tasks, None, (&[], &[])).unwrap();
         committed(&large, &now, &tasks);
         let (small_texts, large_texts) = (texts(&small, &tasks), texts(&large, &tasks));
         let missing = small_texts.iter().filter(|text| text.is_none()).count();
@@ -312,7 +314,7 @@ mod tests {
         assert!(!small.adding().exists());
         assert_eq!(Results::load(&small).unwrap().missing().count(), 6);
         // Again it is the same run.
-        assert_eq!(establish(&small, now, &tasks, None, Change::default()).unwrap().kept, None);
+        assert_eq!(establish(&small, now, &tasks, None, (&[], &[])).unwrap().1, None);
     }
 
     #[test]
@@ -323,10 +325,9 @@ mod tests {
         let (manifest, tasks) = with_request(&names(&["tuner"]), 2, 1);
         let again = || {
             let replaced = names(&["tuner"]);
-            let change = Change { replaced: &replaced, ..Change::default() };
-            establish(&layout, manifest.clone(), &tasks, None, change).unwrap().kept
+            establish(&layout, manifest.clone(), &tasks, None, (&replaced, &[])).unwrap().1
         };
-        establish(&layout, manifest.clone(), &tasks, None, Change::default()).unwrap();
+        establish(&layout, manifest.clone(), &tasks, None, (&[], &[])).unwrap();
         committed(&layout, &manifest, &tasks);
         let of_others = tasks.iter().filter(|task| task.method != "tuner").count();
         assert_eq!(again(), Some(of_others));
@@ -344,20 +345,20 @@ mod tests {
         let layout = Layout::new(dir.path().join("r"));
         layout.make().unwrap();
         let (before, tasks) = with_request(&names(&["tuner"]), 2, 1);
-        establish(&layout, before.clone(), &tasks, None, Change::default()).unwrap();
+        establish(&layout, before.clone(), &tasks, None, (&[], &[])).unwrap();
         committed(&layout, &before, &tasks);
         let (mut now, _) = with_request(&names(&["tuner", "other"]), 2, 1);
         now.identity.methods = names(&["zero", "tuner", "other"]);
         let tasks = now.identity.tasks();
         // As after the records have their places and before the manifest has.
-        establish(&layout, now.clone(), &tasks, None, Change::default()).unwrap();
+        establish(&layout, now.clone(), &tasks, None, (&[], &[])).unwrap();
         let adding = Layout::new(layout.adding());
         fs::create_dir(adding.root()).unwrap();
         fs::rename(layout.manifest(), adding.manifest()).unwrap();
         fs::write(layout.manifest(), before.to_json()).unwrap();
         let e = Results::load(&layout).unwrap_err();
         assert!(e.to_string().contains("nothing is lost: repeat that command"), "{e}");
-        establish(&layout, now, &tasks, None, Change::default()).unwrap();
+        establish(&layout, now, &tasks, None, (&[], &[])).unwrap();
         assert_eq!(Results::load(&layout).unwrap().done().count(), 4);
 
         // What was not complete goes.
@@ -376,8 +377,7 @@ mod tests {
         now.identity.methods = names(&["zero", "tuner", "learner"]);
         now.identity.settings = json!({"training": {"episodes": 6}, "demand": 1});
         let differs = |untrained: &[&str], now: &Manifest| {
-            let change = Change { untrained, ..Change::default() };
-            obstacle(&there.identity, &now.identity, change)
+            obstacle(&there.identity, &now.identity, (&[], untrained))
         };
         assert_eq!(differs(&["zero", "tuner"], &now), None);
         assert!(differs(&["zero"], &now).unwrap().contains("training.episodes is 100 there"));

@@ -424,7 +424,9 @@ pub struct Effort {
     pub training: u32,
     /// Processor time of one of them, seconds.
     pub training_s: f64,
-    /// Processor time of an evaluation episode, seconds.
+    /// Episodes of validation and evaluation, at most; 0 as a domain says it.
+    pub evaluation: u32,
+    /// Processor time of one of them, seconds.
     pub evaluation_s: f64,
     /// Whether the times rest on what is known of the point MDP; else only their ratio is of use.
     pub is_informed: bool,

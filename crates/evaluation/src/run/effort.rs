@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use serde_json::Value;
 
-use super::domain::{Domain, EffortOf};
+use super::domain::{Domain, Effort, EffortOf};
 use super::error::RunError;
 use super::method::{Method, Training, find};
 use super::plan::Request;
@@ -15,22 +15,7 @@ use crate::store::manifest::{Identity, PointRow};
 /// Processor time of starting a worker and of loading its network, seconds.
 pub const SECONDS_PER_TASK: f64 = 0.2;
 
-/// The episodes of a task and about how long each takes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TaskEffort {
-    /// Episodes of training or tuning, at most.
-    pub training: u32,
-    /// Processor time of one of them, seconds.
-    pub training_s: f64,
-    /// Episodes of validation and evaluation, at most.
-    pub evaluation: u32,
-    /// Processor time of one of them, seconds.
-    pub evaluation_s: f64,
-    /// Whether the times rest on what is known of the point MDP; else only their ratio is of use.
-    pub is_informed: bool,
-}
-
-impl TaskEffort {
+impl Effort {
     /// Returns how many episodes the task has at most.
     pub fn episodes(&self) -> u32 {
         self.training + self.evaluation
@@ -116,7 +101,7 @@ impl<'a> Efforts<'a> {
     /// # Errors
     ///
     /// [`RunError::Method`] for a name that no method has, [`RunError::Unprepared`] for a point MDP that is not among them.
-    pub fn task(&self, method: &str, point: &str) -> Result<TaskEffort, RunError> {
+    pub fn task(&self, method: &str, point: &str) -> Result<Effort, RunError> {
         let unprepared = || RunError::Unprepared(point.to_owned());
         let (features, agents) = self.points.get(point).ok_or_else(unprepared)?;
         let feature = |name: &str| {
@@ -129,24 +114,19 @@ impl<'a> Efforts<'a> {
             Training::Learned => self.selection.most_episodes(of.training),
             _ => 0,
         };
-        Ok(TaskEffort {
-            training: of.training,
-            training_s: of.training_s,
-            // The last policy is evaluated too, where validation chose another.
-            evaluation: self.evaluation * if validation > 0 { 2 } else { 1 } + validation,
-            evaluation_s: of.evaluation_s,
-            is_informed: of.is_informed,
-        })
+        // The last policy is evaluated too, where validation chose another.
+        let evaluation = self.evaluation * if validation > 0 { 2 } else { 1 } + validation;
+        Ok(Effort { evaluation, ..of })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::TaskEffort;
+    use super::*;
 
     /// A task with episodes of training and evaluation of these seconds.
-    fn effort(training: (u32, f64), evaluation: (u32, f64)) -> TaskEffort {
-        TaskEffort {
+    fn effort(training: (u32, f64), evaluation: (u32, f64)) -> Effort {
+        Effort {
             training: training.0,
             training_s: training.1,
             evaluation: evaluation.0,

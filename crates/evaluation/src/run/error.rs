@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::fault::{Cause, TrialError};
 use crate::family::FamilyError;
-use crate::sample::ChoiceError;
+use crate::sample::SampleError;
 use crate::store::StoreError;
 use basics::files::FileError;
 
@@ -16,7 +16,7 @@ pub enum RunError {
     Family(#[from] FamilyError),
     /// The point MDPs cannot be chosen.
     #[error(transparent)]
-    Choice(#[from] ChoiceError),
+    Choice(#[from] SampleError),
     /// More tasks or episodes than are taken, or a results directory where tasks cannot run.
     #[error("{0}")]
     Refused(String),

@@ -7,10 +7,9 @@ use super::add;
 use super::domain::{Domain, Prepared, Problem};
 use super::error::RunError;
 use super::method::{Method, Training, find};
-use crate::family::Feature;
 use crate::sample::looks::{halves, looks};
 use crate::sample::{Choice, Design, Growth, SampleError, SamplePlan, Until};
-use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
+use crate::store::manifest::{Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::results::Results;
 use crate::store::{Layout, Remedy, SCHEMA_VERSION, StoreError, most};
 use basics::files::write_atomically;
@@ -85,12 +84,12 @@ impl Draft {
     ///
     /// # Errors
     ///
-    /// [`SampleError::Growth`] for a sample that is not over a design, or budgets that do not lead to its own.
+    /// [`SampleError::Unfit`] for a sample that is not over a design, or budgets that do not lead to its own.
     pub fn grow(&mut self, until: Until, budgets: &[usize]) -> Result<(), SampleError> {
         let Some(design) = &self.design else {
             let reason =
                 "only samples over a design grow: balanced ones and those by Bayesian quadrature";
-            return Err(SampleError::Growth(reason.to_owned()));
+            return Err(SampleError::Unfit(reason.to_owned()));
         };
         let usual = halves(self.sample.budget);
         let budgets = if budgets.is_empty() { &usual } else { budgets };
@@ -181,7 +180,6 @@ pub fn complete(
     let controllers: Result<Vec<_>, _> =
         draft.methods.iter().map(|method| request.domain.own(method)).collect();
     let controllers = controllers?;
-    let column = |f: &Feature| FeatureColumn { name: f.name.clone(), unit: f.unit.clone() };
     let objective = request.domain.objective();
     let derived = || evaluation_seeds(request.base_seed, request.evaluation_seeds);
     let identity = Identity {
@@ -191,7 +189,7 @@ pub fn complete(
         simulator,
         scenario: family.name.clone(),
         settings: request.problem.settings(),
-        features: family.features.iter().map(column).collect(),
+        features: family.features.clone(),
         sample: draft.sample.clone(),
         points,
         methods: draft.methods.clone(),
@@ -208,31 +206,16 @@ pub fn complete(
     Ok((Manifest { identity, provenance }, tasks))
 }
 
-/// What became of a results directory when a run began.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Established {
-    /// The manifest that counts.
-    pub manifest: Manifest,
-    /// Where something was added to a run, how many of its records stay.
-    pub kept: Option<usize>,
-}
-
-/// What a command may change of a run that is there, beside adding to it.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Change<'a> {
-    /// Methods whose records are computed again.
-    pub replaced: &'a [String],
-    /// Methods that do not learn, whose records do not depend on the settings of training.
-    pub untrained: &'a [&'a str],
-}
-
 /// Writes the manifest into a new results directory. An existing one that holds the same run stays as it is, with
 /// its own provenance; to one that holds a part of the run, the rest is added. The manifest comes last: with it the directory
 /// is complete.
 ///
+/// Returns the manifest that counts and, where something was added to a run, how many of its records stay.
+///
 /// # Arguments
 ///
-/// * `change` — [`Change::default`] only adds.
+/// * `replaced` — methods whose records are computed again.
+/// * `untrained` — methods that do not learn, whose records do not depend on the settings of training.
 ///
 /// # Errors
 ///
@@ -242,22 +225,21 @@ pub fn establish(
     manifest: Manifest,
     tasks: &[Task],
     design: Option<&Design>,
-    change: Change<'_>,
-) -> Result<Established, StoreError> {
+    (replaced, untrained): (&[String], &[&str]),
+) -> Result<(Manifest, Option<usize>), StoreError> {
     add::finish(layout)?;
-    let replaced = change.replaced;
     if !layout.manifest().exists() {
         write_design(layout, design, false)?;
         write_atomically(&layout.manifest(), &manifest.to_json())?;
-        return Ok(Established { manifest, kept: None });
+        return Ok((manifest, None));
     }
     let existing = Manifest::read(layout)?;
     let (there, now) = (&existing.identity, &manifest.identity);
     if there == now && (replaced.is_empty() || add::is_replacing(layout, tasks, replaced)) {
         write_design(layout, design, true)?;
-        return Ok(Established { manifest: existing, kept: None });
+        return Ok((existing, None));
     }
-    let Some(difference) = add::obstacle(there, now, change) else {
+    let Some(difference) = add::obstacle(there, now, (replaced, untrained)) else {
         // All commands together make the run.
         let Provenance { started, command: before, .. } = &existing.provenance;
         let command = match manifest.provenance.command {
@@ -267,7 +249,7 @@ pub fn establish(
         let provenance = Provenance { started: started.clone(), command, ..manifest.provenance };
         let manifest = Manifest { identity: manifest.identity, provenance };
         let kept = add::add(layout, &existing, (&manifest, tasks), design, replaced)?;
-        return Ok(Established { manifest, kept: Some(kept) });
+        return Ok((manifest, Some(kept)));
     };
     // Records of this very run: then what is of another one is the manifest beside them.
     let records = Results::inspect(layout, &Arc::new(manifest))?.0.done().count();

@@ -1,30 +1,35 @@
 //! A run from its plan to its records, as the command does it and as programs can.
 //!
-//! [`open`] prepares what is missing, writes the plan and takes the lock of the results directory;
-//! [`Session::work`] does tasks.
+//! [`open`] prepares what is missing, writes the plan and takes the lock of the results directory; [`Session::local`] does
+//! tasks.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::add::take_along;
+use super::checkpoint::CHECKPOINT_EVERY_S;
 use super::domain::{Domain, Problem, domain_of};
 use super::error::RunError;
 use super::executor::local::GRACE;
-use super::executor::{Event, Executor, Inline, Launcher, Local};
+use super::executor::{Launcher, Local};
 use super::method::Training;
-use super::plan::{Change, Draft, Established, Request, complete, establish};
+use super::plan::{Draft, Request, complete, establish};
+use super::progress::{Failure, Fault};
+use super::stop::Stop;
 use super::watchdog::STALL_TIMEOUT_S;
+use super::work::{Workplace, do_task};
 use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
 use crate::store::lock::{Holder, RunLock};
 use crate::store::manifest::{GIT, Identity, Manifest, Provenance, Task};
 use crate::store::packed::unpack;
+use crate::store::record::Record;
 use crate::store::results::Results;
-use crate::store::scratch::tidy_up;
+use crate::store::scratch::{Scratch, tidy_up};
+use crate::store::wall::Wall;
 use basics::files::{FileError, beneath};
 use basics::machine::memory_per_worker_mb;
 
@@ -73,8 +78,8 @@ pub fn open<'a>(
     let design = draft.design.as_ref();
     let untrained = request.domain.methods().iter().filter(|m| m.training != Training::Learned);
     let untrained: Vec<&str> = untrained.map(|m| m.name).collect();
-    let change = Change { replaced: request.replace, untrained: &untrained };
-    let Established { manifest, kept } = establish(&layout, manifest, &tasks, design, change)?;
+    let change = (request.replace, &untrained[..]);
+    let (manifest, kept) = establish(&layout, manifest, &tasks, design, change)?;
     let (domain, manifest) = (request.domain, Arc::new(manifest));
     let session = Session { domain, layout, manifest, prepared: folder, kept, _lock: lock };
     session.stand_in(request.problem, &draft.sample)?;
@@ -131,8 +136,7 @@ pub fn open_after<'a>(
     layout.make()?;
     let lock = lock(&layout, started)?;
     let manifest = Manifest { identity, provenance };
-    let Established { manifest, kept } =
-        establish(&layout, manifest, &tasks, from.design.as_ref(), Change::default())?;
+    let (manifest, kept) = establish(&layout, manifest, &tasks, from.design.as_ref(), (&[], &[]))?;
     take_along(from, &layout, &manifest)?;
     tidy_up(&layout)?;
     let manifest = Arc::new(manifest);
@@ -171,25 +175,6 @@ impl Session<'_> {
         problem.write_for_reports(&self.layout, &stands).map_err(RunError::Prepare)
     }
 
-    /// Reads what there is so far; of a sample that grows, the last look that is complete.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError::Store`] when a file is damaged.
-    pub fn results(&self) -> Result<Results, RunError> {
-        Ok(Results::load(&self.layout)?)
-    }
-
-    /// Returns the executor that does tasks in this process.
-    pub fn inline(&self) -> Inline<'_> {
-        Inline {
-            domain: self.domain,
-            manifest: &self.manifest,
-            layout: &self.layout,
-            prepared: &self.prepared,
-        }
-    }
-
     /// Returns the executor that starts workers, so many at a time; each may use its share of the machine's memory.
     pub fn local(&self, launcher: Launcher, jobs: usize) -> Local {
         Local {
@@ -204,19 +189,30 @@ impl Session<'_> {
         }
     }
 
-    /// Does tasks and reports events as they happen; ends early when `interrupted` becomes true.
-    ///
-    /// # Arguments
-    ///
-    /// * `todo` — such as [`Results::missing`].
-    pub fn work(
-        &self,
-        todo: &[Task],
-        executor: &dyn Executor,
-        interrupted: &AtomicBool,
-        on_event: &mut dyn FnMut(Event),
-    ) -> Result<(), RunError> {
-        executor.run(todo, interrupted, on_event)
+    /// Does a task in this process. A simulator that ends the process takes the run with it, and nothing is tried twice.
+    fn task(&self, task: &Task) -> Result<(), RunError> {
+        let scratch = Scratch::new(&self.layout, task.task)?;
+        let workplace = Workplace {
+            layout: self.layout.clone(),
+            prepared: self.prepared.clone(),
+            scratch: scratch.path().to_path_buf(),
+            attempt: 1,
+            checkpoint_every: Duration::from_secs(CHECKPOINT_EVERY_S),
+            stop: Stop::default(),
+        };
+        let start = Instant::now();
+        let Err(error) = do_task(self.domain, &self.manifest, task, &workplace, &mut |_| {}) else {
+            return Ok(());
+        };
+        let Failure { fault, reason } = Failure::of(&error);
+        match fault {
+            Fault::Machine | Fault::Simulator => return Err(error),
+            Fault::Disturbed => return Ok(()),
+            Fault::Input | Fault::Task | Fault::Own => {}
+        }
+        let wall_s = start.elapsed().as_secs_f64();
+        let wall = Wall { wall_s, attempts: 1, git: GIT.to_owned(), ..Wall::default() };
+        Ok(Record::failed(task, &self.manifest.sha256(), reason, wall).commit(&self.layout)?)
     }
 }
 
@@ -228,13 +224,13 @@ impl Session<'_> {
 ///
 /// # Errors
 ///
-/// [`RunError`], see [`open`] and [`Session::work`].
+/// [`RunError`], as [`open`], and when a task shows that the machine is at fault or the simulator missing.
 pub fn evaluate(request: &Request<'_>, out: &Path) -> Result<Results, RunError> {
     let draft = super::plan::draft(request)?;
     let session = open(request, &draft, out, &|_| {})?;
-    let todo: Vec<Task> = session.results()?.missing().cloned().collect();
-    session.work(&todo, &session.inline(), &AtomicBool::new(false), &mut |_| {})?;
-    session.results()
+    let results = Results::load(&session.layout)?;
+    results.missing().try_for_each(|task| session.task(task))?;
+    Ok(Results::load(&session.layout)?)
 }
 
 fn provenance(prepared: &str, memory_per_worker_mb: Option<u64>) -> Provenance {

@@ -149,6 +149,7 @@ impl Domain for Toy {
         Ok(Box::new(|_, _, _| Effort {
             training: 0,
             training_s: 0.0,
+            evaluation: 0,
             evaluation_s: 1.0,
             is_informed: true,
         }))
@@ -200,7 +201,7 @@ impl Problem for Pair {
 }
 
 /// Returns the plan of all methods on the two point MDPs.
-pub(super) fn planned(evaluation_seeds: u32) -> (Manifest, Vec<Task>) {
+pub(crate) fn planned(evaluation_seeds: u32) -> (Manifest, Vec<Task>) {
     let methods = ["tuner", "learner"].map(str::to_owned);
     with_request(&methods, evaluation_seeds, 1)
 }

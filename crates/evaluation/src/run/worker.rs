@@ -1,65 +1,44 @@
 //! What a worker process does: one task of a results directory.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use super::domain::{Domain, domain_of};
 use super::error::RunError;
 use super::progress::News;
-use super::stop::Stop;
 use super::work::{Workplace, do_task};
 use crate::store::manifest::{Identity, Manifest, Task};
 use crate::store::record::Record;
 use crate::store::scratch::Scratch;
 use crate::store::{Layout, Remedy, StoreError};
 
-/// Which task, and how.
-#[derive(Debug, Clone)]
-pub struct Errand {
-    /// Row of the plan.
-    pub task: usize,
-    /// sha256 of the manifest as the run has it; `None` where nobody knows.
-    pub manifest: Option<String>,
-    /// Folder of what was prepared; `None` for the manifest's.
-    pub prepared: Option<PathBuf>,
-    /// Which attempt at the task this is, from 1.
-    pub attempt: u32,
-    /// Least wall time between two checkpoints of a training.
-    pub checkpoint_every: Duration,
-    /// Says whether the task is to stop.
-    pub stop: Stop,
-}
-
 /// Does a task of a results directory.
 ///
 /// # Arguments
 ///
 /// * `domains` — those that the directory may be of.
+/// * `expected` — sha256 of the manifest as the run has it; `None` where nobody knows.
+/// * `workplace` — without a folder for files of episodes, and where the manifest says it without that of what was prepared.
 pub fn serve(
     domains: &[&dyn Domain],
-    dir: &Path,
-    errand: &Errand,
+    row: usize,
+    expected: Option<&str>,
+    mut workplace: Workplace,
     news: &mut dyn FnMut(News),
 ) -> Result<Record, RunError> {
-    let layout = Layout::new(dir);
+    let layout = workplace.layout.clone();
     let manifest = Manifest::read(&layout)?;
-    if errand.manifest.as_ref().is_some_and(|sha256| *sha256 != manifest.sha256()) {
+    if expected.is_some_and(|sha256| *sha256 != manifest.sha256()) {
         let reason = "it is another one than when the run began";
         return Err(StoreError::damaged(layout.manifest(), reason, Remedy::Begin).into());
     }
     let domain = domain_of(domains, &layout, &manifest.identity)?;
-    let task = task_of(dir, &manifest.identity, errand.task)?;
+    let task = task_of(layout.root(), &manifest.identity, row)?;
     check_own(domain, &layout, &manifest.identity, &task.method)?;
     let scratch = Scratch::new(&layout, task.task)?;
-    let prepared = errand.prepared.clone();
-    let workplace = Workplace {
-        layout,
-        prepared: prepared.unwrap_or_else(|| PathBuf::from(&manifest.provenance.networks)),
-        scratch: scratch.path().to_path_buf(),
-        attempt: errand.attempt,
-        checkpoint_every: errand.checkpoint_every,
-        stop: errand.stop.clone(),
-    };
+    scratch.path().clone_into(&mut workplace.scratch);
+    if workplace.prepared.as_os_str().is_empty() {
+        workplace.prepared = PathBuf::from(&manifest.provenance.networks);
+    }
     do_task(domain, &manifest, &task, &workplace, news)
 }
 
@@ -103,8 +82,10 @@ pub fn task_of(dir: &Path, identity: &Identity, row: usize) -> Result<Task, RunE
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
-    use crate::run::plan::{Change, establish};
+    use crate::run::plan::establish;
     use crate::run::progress::{Failure, Fault};
     use crate::run::testing::{Counting, Toy, planned};
 
@@ -114,25 +95,23 @@ mod tests {
         let (manifest, tasks) = planned(2);
         let layout = Layout::new(dir.path());
         layout.make().unwrap();
-        let manifest =
-            establish(&layout, manifest, &tasks, None, Change::default()).unwrap().manifest;
-        let serve = |manifest: Option<String>| {
-            let every = Duration::from_secs(60);
-            let prepared = Some("prepared".into());
-            let errand = Errand {
-                task: 0,
-                manifest,
-                prepared,
+        let (manifest, _) = establish(&layout, manifest, &tasks, None, (&[], &[])).unwrap();
+        let serve = |manifest: Option<&str>| {
+            let workplace = Workplace {
+                layout: layout.clone(),
+                prepared: "prepared".into(),
+                scratch: PathBuf::new(),
                 attempt: 1,
-                checkpoint_every: every,
-                stop: Stop::default(),
+                checkpoint_every: Duration::from_secs(60),
+                stop: Default::default(),
             };
-            serve(&[&Toy { learner: Counting::of(1) }], dir.path(), &errand, &mut |_| {})
+            let domain = Toy { learner: Counting::of(1) };
+            serve(&[&domain], 0, manifest, workplace, &mut |_| {})
         };
-        let e = serve(Some("another".to_owned())).unwrap_err();
+        let e = serve(Some("another")).unwrap_err();
         assert_eq!(Failure::of(&e).fault, Fault::Machine);
         assert!(e.to_string().contains("manifest.json: it is another one than when the run began"));
         assert!(!layout.record(0).exists());
-        serve(Some(manifest.sha256())).unwrap();
+        serve(Some(&manifest.sha256())).unwrap();
     }
 }

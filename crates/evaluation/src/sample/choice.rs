@@ -36,35 +36,17 @@ pub enum Choice {
     },
 }
 
-/// Why nothing can be chosen.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum ChoiceError {
-    /// An impossible budget.
-    #[error(transparent)]
-    Sample(#[from] SampleError),
-    /// A sample of another family.
-    #[error(
-        "the sample is of another family than {scenario}: {what}; give the scenario and settings it was chosen for"
-    )]
-    OtherFamily {
-        /// Name of the scenario.
-        scenario: String,
-        /// What differs.
-        what: String,
-    },
-}
-
 impl Choice {
     /// Returns the sample, and what it was spread over where estimates need that.
     ///
     /// # Errors
     ///
-    /// [`ChoiceError`].
+    /// [`SampleError`].
     pub fn sample(
         &self,
         family: &MdpFamily,
         seed: u64,
-    ) -> Result<(SamplePlan, Option<Design>), ChoiceError> {
+    ) -> Result<(SamplePlan, Option<Design>), SampleError> {
         let (budget, sampling, design) = match self {
             Self::All => (family.points.len(), Sampling::All, &None),
             Self::Budget { budget, sampling, design, .. } => (*budget, *sampling, design),
@@ -93,9 +75,13 @@ fn check(
     sample: &SamplePlan,
     design: Option<&Design>,
     family: &MdpFamily,
-) -> Result<(), ChoiceError> {
-    let other =
-        |what: String| Err(ChoiceError::OtherFamily { scenario: family.name.clone(), what });
+) -> Result<(), SampleError> {
+    let other = |what: String| {
+        Err(SampleError::Unfit(format!(
+            "the sample is of another family than {}: {what}; give the scenario and settings it was chosen for",
+            family.name
+        )))
+    };
     let (own, size) = (sample.family_size, family.points.len());
     if own != size || design.is_some_and(|design| design.points.len() != size) {
         return other(format!("its family has {own} point MDPs, this one {size}"));

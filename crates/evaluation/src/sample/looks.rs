@@ -48,13 +48,13 @@ pub fn halves(budget: usize) -> Vec<usize> {
 ///
 /// # Errors
 ///
-/// [`SampleError::Growth`] for another sample, a design that is not its own, or budgets that do not lead to its own.
+/// [`SampleError::Unfit`] for another sample, a design that is not its own, or budgets that do not lead to its own.
 pub fn looks(
     plan: &SamplePlan,
     design: &Design,
     budgets: &[usize],
 ) -> Result<Vec<Look>, SampleError> {
-    let refused = |reason: String| Err(SampleError::Growth(reason));
+    let refused = |reason: String| Err(SampleError::Unfit(reason));
     if !plan.sampling.has_design() {
         return refused("looks are parts of samples over a design only".to_owned());
     }
@@ -68,7 +68,7 @@ pub fn looks(
     if plan.sampling == Sampling::BayesianQuadrature {
         let looks = beginnings(plan, design, budgets);
         let is_own = |looks: &Vec<Look>| looks.last().is_some_and(|l| l.draws == plan.draws);
-        let other = || SampleError::Growth("the design is not that of the sample".to_owned());
+        let other = || SampleError::Unfit("the design is not that of the sample".to_owned());
         return looks.filter(is_own).ok_or_else(other);
     }
     let importance: Vec<f64> = design.points.iter().map(|p| p.importance).collect();

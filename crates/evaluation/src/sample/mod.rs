@@ -15,7 +15,7 @@ mod random;
 
 use std::collections::HashMap;
 
-pub use choice::{Choice, ChoiceError};
+pub use choice::Choice;
 use design::features;
 pub use design::{Design, Input, Measure};
 pub use plan::{Draw, Growth, Look, SampleError, SamplePlan, Sampling, Until};

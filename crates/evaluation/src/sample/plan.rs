@@ -104,9 +104,9 @@ pub enum SampleError {
         /// Size of the family.
         size: usize,
     },
-    /// Looks that a sample cannot have.
+    /// Looks that a sample cannot have, or a sample of another family.
     #[error("{0}")]
-    Growth(String),
+    Unfit(String),
 }
 
 /// When a sample is large enough.

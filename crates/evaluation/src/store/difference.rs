@@ -1,104 +1,61 @@
-//! What makes one run another one, in words: the settings and flags that people give come before the
-//! files and hashes that follow from them.
+//! What makes one run another one: what people give comes before the files and hashes that follow from it.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Debug;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::manifest::{Identity, PointRow};
-use crate::sample::SamplePlan;
 
-/// Most settings or points that are named.
+/// Most differences that are named.
 const NAMED: usize = 3;
 
 /// Most characters of a value that are shown.
 const QUOTED: usize = 80;
 
-/// Returns what differs between an existing run and the one that is asked for; nothing if they are the
-/// same.
+/// Returns what differs between an existing run and the one that is asked for; nothing if they are the same.
 pub fn between(there: &Identity, now: &Identity) -> Option<String> {
-    if there == now {
-        return None;
-    }
-    let flags = [
-        differs("the scenario", &there.scenario, &now.scenario),
-        settings(&there.settings, &now.settings),
-        differs("--methods", &there.methods.join(","), &now.methods.join(",")),
-        differs("--seed", &there.base_seed, &now.base_seed),
-        differs("--eval-seeds", &there.evaluation_seeds.len(), &now.evaluation_seeds.len()),
-        seeds(there, now),
-        differs("--replicates", &there.replicates, &now.replicates),
-        differs("--budget", &there.sample.budget, &now.sample.budget),
-        differs("--sampling", &there.sample.sampling.name(), &now.sample.sampling.name()),
-        growth(&there.sample, &now.sample),
-    ];
-    if let Some(text) = flags.into_iter().flatten().next() {
-        return Some(text);
-    }
-    let versions = [
-        differs("tsc-family", &there.tsc_family, &now.tsc_family),
-        differs("SUMO", &there.simulator, &now.simulator),
-    ];
-    let points = points(&there.points, &now.points);
-    let controllers = there.controllers.iter().zip(&now.controllers);
-    let controllers = controllers.filter_map(|(there, now)| there.difference(now)).next();
-    let rest = controllers.or(versions.into_iter().flatten().next()).or(points);
-    // Everything that is compared has its words above but constants of a version.
-    Some(rest.unwrap_or_else(|| {
-        "it was planned by a version of tsc-family that chooses otherwise".to_owned()
-    }))
-}
-
-/// Returns how evaluation seeds differ where as many are given in a file.
-fn seeds(there: &Identity, now: &Identity) -> Option<String> {
-    let other = there.evaluation_seeds.iter().zip(&now.evaluation_seeds).find(|(a, b)| a != b);
-    other.map(|(a, b)| format!("an evaluation seed (--seeds) is {a} there and {b} now"))
-}
-
-/// Returns what differs in how samples grow.
-fn growth(there: &SamplePlan, now: &SamplePlan) -> Option<String> {
-    let until = |sample: &SamplePlan| match &sample.growth {
-        Some(growth) => format!("until {}", growth.until),
-        None => "not stopped early".to_owned(),
+    let own = there.controllers.iter().zip(&now.controllers);
+    let own = own.filter_map(|(there, now)| there.difference(now)).next();
+    let parts = |identity: &Identity| {
+        let mut value = json!(identity);
+        let point = |p: &PointRow| (format!("the point MDP {}", p.name()), json!(p));
+        value["points"] = identity.points.iter().map(point).collect();
+        flat(&value)
     };
-    let budgets = |sample: &SamplePlan| {
-        let looks = sample.growth.iter().flat_map(|growth| &growth.looks);
-        looks.map(|look| look.budget).collect::<Vec<_>>()
+    let (there, now) = (parts(there), parts(now));
+    let mut differ = differing(&there, &now);
+    // What people say comes before what follows from it, and the preset before other settings.
+    let rank = |key: &str| match key {
+        "scenario" | "settings.preset" => 0,
+        _ if key.starts_with("settings.") => 1,
+        "tsc_family" | "simulator" => 3,
+        "replicated" | "sample.design" | "sample.draws" => 4,
+        _ if key.starts_with("points.")
+            && (key.contains(".sha256.") || key.ends_with(".content")) =>
+        {
+            5
+        }
+        _ if key.starts_with("points.") => 4,
+        _ => 2,
     };
-    differs("the run", &until(there), &until(now))
-        .or_else(|| differs("--looks", &budgets(there), &budgets(now)))
-}
-
-fn differs<T: PartialEq + Debug>(what: &str, there: &T, now: &T) -> Option<String> {
-    let plain = |value: &T| format!("{value:?}").trim_matches('"').to_owned();
-    (there != now).then(|| format!("{what} is {} there and {} now", plain(there), plain(now)))
-}
-
-/// Returns the settings that differ.
-fn settings(there: &Value, now: &Value) -> Option<String> {
-    let (there, now) = (flat(there), flat(now));
-    let differ = differing(&there, &now);
-    let shown = |values: &BTreeMap<String, Value>, key: &String| match values.get(key) {
+    let least = differ.iter().map(|key| rank(key)).min()?;
+    differ.retain(|key| rank(key) == least);
+    if let Some(own) = own.filter(|_| least > 1) {
+        return Some(own);
+    }
+    let said = |values: &BTreeMap<String, Value>, key: &String| match values.get(key) {
         None | Some(Value::Null) => "not set".to_owned(),
         Some(value) => shortened(&value.to_string()),
     };
     let text = |key: &&String| {
-        format!("{key} is {} there and {} now", shown(&there, key), shown(&now, key))
+        let name = key.trim_start_matches("settings.").trim_start_matches("points.");
+        format!("{name} is {} there and {} now", said(&there, key), said(&now, key))
     };
-    // Other settings follow from the preset.
-    if let Some(preset) = differ.iter().find(|key| key.as_str() == "preset") {
-        return Some(text(preset));
+    let mut named: Vec<String> = differ.iter().take(NAMED).map(text).collect();
+    if differ.len() > NAMED {
+        named.push(format!("and {} more", differ.len() - NAMED));
     }
-    if differ.is_empty() {
-        return None;
-    }
-    let named: Vec<String> = differ.iter().take(NAMED).map(text).collect();
-    let more = match differ.len() - named.len() {
-        0 => String::new(),
-        more => format!(", and {more} more settings differ"),
-    };
-    Some(format!("the setting {}{more}", named.join(", ")))
+    Some(named.join(", "))
 }
 
 /// Returns the names, in their order, whose values differ or which only one of two has: a setting at its default may be left out.
@@ -130,56 +87,6 @@ pub fn flat(value: &Value) -> BTreeMap<String, Value> {
     values
 }
 
-/// Returns what differs between the point MDPs where all settings are the same: the table that they come
-/// from, or the files of their networks.
-fn points(there: &[PointRow], now: &[PointRow]) -> Option<String> {
-    let names =
-        |rows: &[PointRow]| -> Vec<String> { rows.iter().map(|row| row.point.clone()).collect() };
-    let (old, new) = (names(there), names(now));
-    if old != new {
-        let only = |a: &[String], b: &[String]| {
-            let names: Vec<&str> =
-                a.iter().filter(|n| !b.contains(n)).take(NAMED).map(String::as_str).collect();
-            if names.is_empty() { "no other".to_owned() } else { names.join(", ") }
-        };
-        return Some(format!(
-            "other point MDPs were chosen, since the table of the family was changed: {} there and {} \
-             now",
-            only(&old, &new),
-            only(&new, &old)
-        ));
-    }
-    let (old, new) = there.iter().zip(now).find(|(old, new)| old != new)?;
-    let name = old.name();
-    let table = old.features != new.features
-        || old.importance != new.importance
-        || old.instances != new.instances
-        || old.places != new.places;
-    if table {
-        let values = |row: &PointRow| format!("{:?}", (row.importance, &row.features));
-        return Some(format!(
-            "the point MDP {name} is another one, since the table of the family was changed: importance \
-             and features are {} there and {} now",
-            shortened(&values(old)),
-            shortened(&values(new))
-        ));
-    }
-    let given = |row: &PointRow| serde_json::to_string(&row.given).expect("plain data");
-    let said = format!("what the command line says of the scenario {name}");
-    let environment = format!("the path of the point MDP {name}");
-    differs(&said, &given(old), &given(new))
-        .or_else(|| {
-            let files = old.sha256.keys().chain(new.sha256.keys());
-            let mut files = files.filter(|file| old.sha256.get(*file) != new.sha256.get(*file));
-            let file = files.next()?;
-            Some(format!(
-                "the settings are the same, but the file {file} of the point MDP {name} was changed or removed; restore it"
-            ))
-        })
-        .or_else(|| differs(&environment, &old.environment, &new.environment))
-        .or_else(|| Some(format!("the point MDP {name} has another content than there")))
-}
-
 fn shortened(text: &str) -> String {
     match text.char_indices().nth(QUOTED) {
         Some((end, _)) => format!("{}...", &text[..end]),
@@ -190,29 +97,26 @@ fn shortened(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
+    use crate::run::testing::planned;
 
     #[test]
-    fn settings_are_named_with_both_values() {
-        let there =
-            json!({"preset": "resco", "demand": {"horizon_s": 600.0}, "a": 1, "b": 1, "c": 1});
+    fn settings_are_named_before_what_follows_from_them() {
+        let mut there = planned(2).0.identity;
+        there.settings = json!({"preset": "resco", "demand": {"horizon_s": 600.0}});
         let mut now = there.clone();
-        now["demand"]["horizon_s"] = json!(1200.0);
-        assert_eq!(
-            settings(&there, &now).unwrap(),
-            "the setting demand.horizon_s is 600.0 there and 1200.0 now"
-        );
-        now["a"] = json!(2);
-        now["b"] = json!(2);
-        now["c"] = Value::Null;
-        assert_eq!(
-            settings(&there, &now).unwrap(),
-            "the setting a is 1 there and 2 now, b is 1 there and 2 now, c is 1 there and not set now, \
-             and 1 more settings differ"
-        );
-        now["preset"] = json!("field");
-        let text = settings(&there, &now).unwrap();
-        assert_eq!(text, "preset is \"resco\" there and \"field\" now");
-        assert_eq!(settings(&there, &there), None);
+        assert_eq!(between(&there, &now), None);
+        now.points[0].content = "other".to_owned();
+        let text = between(&there, &now).unwrap();
+        assert!(text.starts_with("the point MDP ") && text.contains(".content is "), "{text}");
+        now.base_seed += 1;
+        let seed = there.base_seed;
+        let expected = format!("base_seed is {seed} there and {} now", seed + 1);
+        assert_eq!(between(&there, &now).unwrap(), expected);
+        now.settings["demand"]["horizon_s"] = json!(1200.0);
+        let expected = "demand.horizon_s is 600.0 there and 1200.0 now";
+        assert_eq!(between(&there, &now).unwrap(), expected);
+        now.settings["preset"] = json!("field");
+        let expected = "preset is \"resco\" there and \"field\" now";
+        assert_eq!(between(&there, &now).unwrap(), expected);
     }
 }

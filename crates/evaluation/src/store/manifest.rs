@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::own::OwnMethod;
 use super::{Layout, SCHEMA_VERSION, most};
+use crate::family::Feature;
 use crate::sample::{Draw, Look, SamplePlan, Sampling};
 use crate::stats::Direction;
 use crate::store::error::{Remedy, StoreError};
@@ -33,16 +34,6 @@ pub struct Task {
     pub replicate: u32,
     /// Seed of everything random in the task but its evaluation episodes.
     pub seed: u64,
-}
-
-/// A context feature as the manifest keeps it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FeatureColumn {
-    /// Name, with the unit as a suffix.
-    pub name: String,
-    /// Unit in words.
-    pub unit: String,
 }
 
 /// A point MDP as the manifest keeps it.
@@ -94,7 +85,7 @@ pub struct Identity {
     /// The scenario's settings, all of them, defaults included.
     pub settings: serde_json::Value,
     /// Names and units of the context features.
-    pub features: Vec<FeatureColumn>,
+    pub features: Vec<Feature>,
     /// Which point MDPs were chosen, and their weights.
     pub sample: SamplePlan,
     /// The chosen point MDPs.
@@ -192,18 +183,6 @@ pub struct Manifest {
     pub provenance: Provenance,
 }
 
-/// What all versions of a manifest have.
-#[derive(Deserialize)]
-struct Head {
-    identity: Versioned,
-}
-
-/// The part of it that says the version.
-#[derive(Deserialize)]
-struct Versioned {
-    schema_version: serde_json::Value,
-}
-
 impl Manifest {
     /// Returns the sha256 of the identity, which every record carries.
     pub fn sha256(&self) -> String {
@@ -266,12 +245,9 @@ impl Manifest {
     /// [`StoreError::Version`] for another schema, [`StoreError::Damaged`] for anything else.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, StoreError> {
         let malformed = |reason: String| StoreError::damaged(path, reason, Remedy::Begin);
-        let version = match serde_json::from_slice::<Head>(bytes) {
-            Ok(head) => head.identity.schema_version.as_u64(),
-            Err(e) if e.is_data() => None,
-            Err(e) => return Err(malformed(e.to_string())),
-        };
-        let Some(found) = version else {
+        let parsed = |e: serde_json::Error| malformed(e.to_string());
+        let any: serde_json::Value = serde_json::from_slice(bytes).map_err(parsed)?;
+        let Some(found) = any.pointer("/identity/schema_version").and_then(|v| v.as_u64()) else {
             return Err(malformed("it has no schema version".to_owned()));
         };
         if found != u64::from(SCHEMA_VERSION) {
@@ -281,7 +257,6 @@ impl Manifest {
                 expected: SCHEMA_VERSION,
             });
         }
-        let parsed = |e: serde_json::Error| malformed(e.to_string());
         let manifest: Self = serde_json::from_slice(bytes).map_err(parsed)?;
         manifest.identity.check().map_err(malformed)?;
         Ok(manifest)
@@ -305,36 +280,31 @@ impl Identity {
                 return Err(format!("point {} has {own} features of {all}", point.point));
             }
         }
-        let names = self.points.iter().flat_map(|point| [&point.point, &point.title]);
-        for name in names.chain([&self.scenario]) {
-            if name.chars().any(char::is_control) {
-                return Err(format!("{name:?} has control characters"));
-            }
+        let own = self.controllers.iter().flat_map(|own| {
+            let versions = own.versions.iter().flat_map(|(name, version)| [name, version]);
+            [&own.source, &own.summary].into_iter().chain(own.sha256.keys()).chain(versions)
+        });
+        let said = self.points.iter().map(|point| &point.title).chain([&self.scenario]).chain(own);
+        if let Some(text) = said.into_iter().find(|text| text.chars().any(char::is_control)) {
+            return Err(format!("{text:?} has control characters"));
         }
         // Files are called after them.
-        for PointRow { point, .. } in &self.points {
-            if point.is_empty() || point.starts_with('.') || point.contains('/') {
-                return Err(format!("a point MDP cannot be called {point:?}"));
-            }
-        }
+        let is_file = |name: &str| {
+            let is_free = |c: char| c != '/' && !c.is_control();
+            !name.is_empty() && !name.starts_with('.') && name.chars().all(is_free)
+        };
         let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-        for method in &self.methods {
-            if method.is_empty() || method.starts_with('.') || !method.chars().all(safe) {
-                return Err(format!("a method cannot be called {method:?}"));
+        let points = self.points.iter().map(|p| ("point MDP", &p.point, is_file(&p.point)));
+        let methods = self.methods.iter();
+        let methods = methods.map(|m| ("method", m, is_file(m) && m.chars().all(safe)));
+        let own = self.controllers.iter();
+        let own = own.map(|own| ("controller", &own.name, self.methods.contains(&own.name)));
+        let mut seen = BTreeSet::new();
+        for (what, name, is_right) in points.chain(methods).chain(own) {
+            if !is_right || !seen.insert((what, name)) {
+                return Err(format!("a {what} cannot be called {name:?}, or is there twice"));
             }
         }
-        for own in &self.controllers {
-            if !self.methods.contains(&own.name) {
-                return Err(format!("controller {:?} is not among its methods", own.name));
-            }
-            let said = [&own.name, &own.source, &own.summary].into_iter();
-            let said =
-                said.chain(own.sha256.keys()).chain(own.versions.iter().flat_map(|(a, b)| [a, b]));
-            if let Some(text) = said.into_iter().find(|text| text.chars().any(char::is_control)) {
-                return Err(format!("{text:?} has control characters"));
-            }
-        }
-        let points = self.points.iter().map(|point| point.point.as_str());
         if let Some(growth) = &self.sample.growth {
             let whole = growth.looks.last().is_some_and(|look| {
                 look.budget == self.sample.budget && look.draws == self.sample.draws
@@ -345,15 +315,6 @@ impl Identity {
             };
             if !whole || !growth.looks.windows(2).all(within) {
                 return Err("its looks do not lead to its sample".to_owned());
-            }
-        }
-        for (what, doubled) in [
-            ("point", doubled(points)),
-            ("method", doubled(self.methods.iter().map(String::as_str))),
-            ("controller", doubled(self.controllers.iter().map(|own| own.name.as_str()))),
-        ] {
-            if let Some(name) = doubled {
-                return Err(format!("{what} {name} is there twice"));
             }
         }
         Ok(())
@@ -397,12 +358,6 @@ impl Identity {
         }
         tasks
     }
-}
-
-/// Returns the first name that comes again.
-fn doubled<'a>(mut names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let mut seen = BTreeSet::new();
-    names.find(|name| !seen.insert(*name))
 }
 
 #[cfg(test)]

@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::difference::{differing, flat};
 
 /// What a method of somebody's own is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -79,26 +82,18 @@ impl OwnMethod {
         if self == now {
             return None;
         }
-        let name = &self.name;
-        let what = |own: &Self| format!("{} ({})", own.source, own.kind.in_words());
-        if what(self) != what(now) {
-            return Some(format!(
-                "controller {name} is {} there and {} now",
-                what(self),
-                what(now)
-            ));
-        }
-        let differing = |a: &BTreeMap<String, String>, b: &BTreeMap<String, String>| {
-            a.keys().chain(b.keys()).find(|key| a.get(*key) != b.get(*key)).cloned()
-        };
-        if let Some(file) = differing(&self.sha256, &now.sha256) {
+        let own = |own: &Self| flat(&serde_json::to_value(own).expect("plain data"));
+        let (name, there, now) = (&self.name, own(self), own(now));
+        let key = *differing(&there, &now).first()?;
+        if let Some(file) = key.strip_prefix("sha256") {
+            let file = file.trim_start_matches('.');
             return Some(format!("controller {name}: {file} has changed"));
         }
-        let Some(what) = differing(&self.versions, &now.versions) else {
-            return Some(format!("controller {name} says other things of itself"));
+        let said = |values: &BTreeMap<String, Value>| match values.get(key) {
+            None => "not set".to_owned(),
+            Some(value) => value.to_string(),
         };
-        let of = |own: &Self| own.versions.get(&what).cloned().unwrap_or("none".to_owned());
-        Some(format!("controller {name}: {what} is {} there and {} now", of(self), of(now)))
+        Some(format!("controller {name}: {key} is {} there and {} now", said(&there), said(&now)))
     }
 }
 
@@ -141,13 +136,13 @@ mod tests {
             (&|m| m.sha256.clear(), "controller mine: mine.py has changed"),
             (
                 &|m| drop(m.versions.insert("python".into(), "3.12.1".into())),
-                "controller mine: python is 3.11.7 there and 3.12.1 now",
+                "controller mine: versions.python is \"3.11.7\" there and \"3.12.1\" now",
             ),
             (
                 &|m| m.kind = OwnKind::Exec,
-                "controller mine is mine.py:Mine (a class in Python) there and mine.py:Mine (a command) now",
+                "controller mine: kind is \"python\" there and \"exec\" now",
             ),
-            (&|m| m.learns = true, "controller mine says other things of itself"),
+            (&|m| m.learns = true, "controller mine: learns is false there and true now"),
         ];
         for (change, expected) in cases {
             assert_eq!(with(change).as_deref(), Some(expected));

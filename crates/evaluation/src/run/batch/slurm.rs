@@ -31,13 +31,6 @@ const LEAST_MINUTES: f64 = 15.0;
 /// Memory of a job beside that of its workers, MB.
 const OWN_MB: u64 = 100;
 
-/// Options that would take from a job what this needs of it.
-const OURS: [&str; 12] =
-    ["array", "a", "output", "o", "error", "e", "signal", "wrap", "chdir", "D", "job-name", "J"];
-
-/// Letters of options of `sbatch` without a value.
-const FLAGS: &str = "HhkOQsuvVW";
-
 /// Returns the name of the jobs of a results directory, by which `scancel --name` finds them.
 ///
 /// # Arguments
@@ -62,6 +55,8 @@ pub fn submit(submission: &Submission) -> Result<Vec<String>, RunError> {
         let mut sbatch = Command::new("sbatch");
         sbatch
             .args(["--parsable", "--job-name", &name(&submission.results)])
+            // What is said here counts more than lines of the user's.
+            .arg(format!("--signal=USR1@{WARNING_S}"))
             .arg(format!("--array=0-{last}"))
             .arg("--output")
             .arg(&output)
@@ -112,7 +107,6 @@ fn text(submission: &Submission) -> String {
          #SBATCH --time={minutes}\n\
          #SBATCH --requeue\n\
          #SBATCH --open-mode=append\n\
-         #SBATCH --signal=USR1@{WARNING_S}\n\
          {own}\
          # The step hears the signals; this shell only has to outlive it.\n\
          trap : TERM USR1\n\
@@ -150,33 +144,9 @@ pub fn lines(path: &Path) -> Result<Vec<String>, RunError> {
         if !option.trim_start().starts_with('-') {
             return Err(refused(format!("{line:?} has no option")));
         }
-        // A line may have several.
-        for word in option.split_whitespace().filter(|word| word.starts_with('-')) {
-            if let Some(name) = ours(word) {
-                return Err(refused(format!("tsc-family sets {name} itself; leave {word} out")));
-            }
-        }
         lines.push(line.to_owned());
     }
     Ok(lines)
-}
-
-/// Returns the option of ours that a word is: its name, what Slurm takes for it when it is cut off, or its letter, also
-/// behind letters of options without a value.
-fn ours(word: &str) -> Option<&'static str> {
-    let known = |matches: &dyn Fn(&str) -> bool| OURS.into_iter().find(|name| matches(name));
-    match word.strip_prefix("--") {
-        Some(long) => {
-            let name = long.split('=').next().unwrap_or_default();
-            known(&|own| own.len() > 1 && !name.is_empty() && own.starts_with(name))
-        }
-        None => {
-            let letters = word.trim_start_matches('-').chars();
-            let mut valued = letters.skip_while(|letter| FLAGS.contains(*letter));
-            let letter = valued.next()?.to_string();
-            known(&|own| own == letter)
-        }
-    }
 }
 
 /// Starts a command of Slurm's and returns what it says.
@@ -227,13 +197,9 @@ mod tests {
         };
         let taken = read("#!/bin/bash\n# mine\n\n#SBATCH --partition=long\n  #SBATCH -A me\n");
         assert_eq!(taken.unwrap(), ["#SBATCH --partition=long", "#SBATCH -A me"]);
-        for (text, number) in [
-            ("module load sumo", 1),
-            ("\n#SBATCH --array=0-9", 2),
-            ("#SBATCH -o x", 1),
-            ("#SBATCH", 1),
-            ("#SBATCH partition=long", 1),
-        ] {
+        for (text, number) in
+            [("module load sumo", 1), ("\n#SBATCH", 2), ("#SBATCH partition=long", 1)]
+        {
             let e = read(text).unwrap_err();
             assert!(e.to_string().contains(&format!("line {number}: ")), "{text}: {e}");
         }

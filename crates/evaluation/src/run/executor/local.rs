@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 
 use super::verdict::{last_error, verdict};
-use super::{Event, Executor, Launcher};
+use super::{Event, Launcher};
 use crate::run::error::RunError;
 use crate::run::progress::{Failure, Fault, WorkerLine};
 use crate::store::Layout;
@@ -79,8 +79,10 @@ enum Ended {
     Large(u64),
 }
 
-impl Executor for Local {
-    fn run(
+impl Local {
+    /// Does all tasks, in any order, and reports events as they happen, each ending in a record or as [`Event::Undone`]; returns
+    /// early, without a record for the tasks in progress, when `interrupted` becomes true.
+    pub fn run(
         &self,
         tasks: &[Task],
         interrupted: &AtomicBool,
@@ -113,9 +115,7 @@ impl Executor for Local {
             threads.into_iter().try_for_each(|t| t.join().expect("a thread here does not panic"))
         })
     }
-}
 
-impl Local {
     /// Does a task.
     fn task(
         &self,
