@@ -89,7 +89,7 @@ pub(super) fn crossings(
             let mut search =
                 Search { graph, restrictions, inside: &inside, exits: &exits, budget: MAX_STEPS };
             let mut reached = BTreeSet::new();
-            let turned = Turned::default().on(graph.heading(entry));
+            let turned = turned_on(Turned::default(), graph.heading(entry));
             search.visit(&mut vec![entry], turned, &mut reached);
             found.extend(reached.into_iter().map(|exit| (index, exit)));
         }
@@ -108,26 +108,20 @@ fn merged_into(graph: &Graph<'_>, around: &Surroundings, arms: &[Arm], node: u32
     })
 }
 
-/// How a path has turned so far. Steps that are too short for a direction turn nothing.
-#[derive(Clone, Copy, Default)]
-struct Turned {
-    ends_deg: Option<(f64, f64)>,
-    sum_deg: f64,
+/// How a path has turned so far: its first and last heading, and the sum of its turns, degrees. Steps that are too short for a
+/// direction turn nothing.
+type Turned = (Option<(f64, f64)>, f64);
+
+fn turned_on((ends_deg, sum_deg): Turned, heading_deg: Option<f64>) -> Turned {
+    let Some(heading_deg) = heading_deg else { return (ends_deg, sum_deg) };
+    let (first, last) = ends_deg.unwrap_or((heading_deg, heading_deg));
+    (Some((first, heading_deg)), sum_deg + turn_degrees(last, heading_deg))
 }
 
-impl Turned {
-    fn on(self, heading_deg: Option<f64>) -> Self {
-        let Some(heading_deg) = heading_deg else { return self };
-        let (first, last) = self.ends_deg.unwrap_or((heading_deg, heading_deg));
-        let sum_deg = self.sum_deg + turn_degrees(last, heading_deg);
-        Self { ends_deg: Some((first, heading_deg)), sum_deg }
-    }
-
-    /// Returns whether the path has gone around in the sense in which nobody turns.
-    fn is_around(self) -> bool {
-        let straight = self.ends_deg.map_or(0.0, |(first, last)| turn_degrees(first, last));
-        (self.sum_deg - straight).abs() >= 180.0
-    }
+/// Returns whether a path has gone around in the sense in which nobody turns.
+fn is_around((ends_deg, sum_deg): Turned) -> bool {
+    let straight = ends_deg.map_or(0.0, |(first, last)| turn_degrees(first, last));
+    (sum_deg - straight).abs() >= 180.0
 }
 
 struct Search<'s, 'g> {
@@ -154,9 +148,9 @@ impl Search<'_, '_> {
                 continue;
             }
             self.budget -= 1;
-            let turned = turned.on(graph.heading(*next));
+            let turned = turned_on(turned, graph.heading(*next));
             match self.exits.get(next) {
-                Some(_) if turned.is_around() => {}
+                Some(_) if is_around(turned) => {}
                 Some(arm) => {
                     reached.insert(*arm);
                 }

@@ -74,21 +74,16 @@ impl Boundary {
 
     /// Reads a boundary from the bytes of a GeoJSON file; `path` is for messages only.
     pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self, OsmError> {
-        let mut polygons = Vec::new();
-        match features::read::<GeoJson>(bytes, path, POLYGONS)? {
-            GeoJson::Geometry(geometry) => add(&geometry, "geometry", path, &mut polygons)?,
-            GeoJson::Feature(feature) => {
-                if let Some(geometry) = feature.geometry {
-                    add(&geometry, "geometry", path, &mut polygons)?;
-                }
-            }
+        let geometries: Vec<Geometry> = match features::read(bytes, path, POLYGONS)? {
+            GeoJson::Geometry(geometry) => vec![geometry],
+            GeoJson::Feature(feature) => feature.geometry.into_iter().collect(),
             GeoJson::FeatureCollection(FeatureCollection { features, .. }) => {
-                for (i, feature) in features.into_iter().enumerate() {
-                    if let Some(geometry) = feature.geometry {
-                        add(&geometry, &format!("feature {}", i + 1), path, &mut polygons)?;
-                    }
-                }
+                features.into_iter().filter_map(|feature| feature.geometry).collect()
             }
+        };
+        let mut polygons = Vec::new();
+        for (i, geometry) in geometries.iter().enumerate() {
+            add(geometry, &format!("geometry {}", i + 1), path, &mut polygons)?;
         }
         // The index counts windings, so that a hole has to go round against its shell.
         let polygons = MultiPolygon(polygons).orient(Direction::Default);

@@ -52,25 +52,14 @@ impl OsmError {
     }
 }
 
-/// A setting that is out of its range.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{setting}: {reason}")]
-pub struct OutOfRange {
-    /// Its name, such as `counts.match_m`.
-    pub setting: String,
-    /// Its value, and what was expected.
-    pub reason: String,
-}
-
-/// Checks that a setting lies within limits, both included; NaN does not.
+/// Checks that a setting lies within limits, both included; NaN does not. The error names it, its value and the limits.
 pub(crate) fn check_range(
-    setting: impl Into<String>,
+    setting: &str,
     value: f64,
     (low, high): (f64, f64),
-) -> Result<(), OutOfRange> {
-    let reason = || format!("{value}: expected a number from {low} to {high}");
-    let out = || OutOfRange { setting: setting.into(), reason: reason() };
-    if (low..=high).contains(&value) { Ok(()) } else { Err(out()) }
+) -> Result<(), String> {
+    let wrong = || format!("{setting}: {value}: expected a number from {low} to {high}");
+    (low..=high).contains(&value).then_some(()).ok_or_else(wrong)
 }
 
 /// Most characters of a value that a message quotes.

@@ -83,4 +83,4 @@ pub use turn::{Turn, Turns};
 /// The page of the crate, whose code is compiled with the documentation tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
-struct Readme;
+mod readme {}

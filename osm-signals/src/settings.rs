@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::counts::CountSettings;
 use super::driving_side::DrivingSide;
-use super::error::{OutOfRange, check_range};
+use super::error::check_range;
 use super::signals::SignalColumns;
 use super::tags::Highway;
 
@@ -175,7 +175,7 @@ impl Settings {
     }
 
     /// Checks the numbers.
-    pub fn check(&self) -> Result<(), OutOfRange> {
+    pub fn check(&self) -> Result<(), String> {
         let (s, i) = (&self.streets, &self.intersections);
         let ranges = [
             ("streets.default_speed_mph", s.default_speed_mph, 3.0, 100.0),
@@ -197,11 +197,11 @@ impl Settings {
         }
         for (class, lanes) in &s.default_lanes {
             let setting = format!("streets.default_lanes.{}", class.name());
-            check_range(setting, f64::from(*lanes), (1.0, 6.0))?;
+            check_range(&setting, f64::from(*lanes), (1.0, 6.0))?;
         }
         for (class, aadt) in &self.traffic.default_aadt_per_lane {
             let setting = format!("traffic.default_aadt_per_lane.{}", class.name());
-            check_range(setting, *aadt, (0.0, 1e5))?;
+            check_range(&setting, *aadt, (0.0, 1e5))?;
         }
         self.counts.check()
     }
@@ -224,7 +224,7 @@ mod tests {
         let settings: Settings =
             toml::from_str("[counts]\nmax_veh_per_day_per_lane = inf\n").unwrap();
         assert_eq!(
-            settings.check().unwrap_err().to_string(),
+            settings.check().unwrap_err(),
             "counts.max_veh_per_day_per_lane: inf: expected a number from 1 to 1000000"
         );
         assert_eq!(Settings::default().check(), Ok(()));

@@ -20,15 +20,12 @@ use super::sources::Source;
 use super::table::{Column, Table};
 
 /// Usual names of the column with the id, the best one first: counts and plans refer to the number of a signal or
-/// intersection, and `id` may be that of a row in a database.
-const ID: [&str; 21] = [
+/// intersection, and `id` may be that of a row in a database, as `object_id` always is.
+const ID: [&str; 20] = [
     "signal_id", "signal_number", "signal_num", "signal_no", "sig_id", "sig_num", "sig_no",
     "traffic_signal_id", "intersection_id", "intersection_no", "int_id", "int_no", "int",
-    "node_id", "node", "location_id", "asset_id", "id", "signal", "name", OF_ROWS,
+    "node_id", "node", "location_id", "asset_id", "id", "signal", "name",
 ];
-
-/// That of them which numbers the rows of a database, and may have others in its next export.
-const OF_ROWS: &str = "object_id";
 
 /// Usual names of the column with a text `POINT (...)`.
 const POINT: [&str; 7] = ["shape", "the_geom", "geom", "geometry", "wkt", "point", "location"];
@@ -136,8 +133,10 @@ impl SignalList {
         let mut found: BTreeMap<usize, Values> = BTreeMap::new();
         let mut left: BTreeMap<usize, Values> = BTreeMap::new();
         let mut list = Self { signals: Vec::new(), left_out: 0, doubts: Vec::new() };
-        if columns.id.is_none() {
-            list.doubts.extend(id_doubt(&table, id));
+        if id.is_none() {
+            let doubt = "no column has an id, so that the rows are numbered, and another export may number them otherwise; name \
+                         a column as `id` in [signals] of the settings";
+            list.doubts.push(doubt.to_owned());
         }
         let mut lines: BTreeMap<String, u64> = BTreeMap::new();
         let mut number = 0;
@@ -147,9 +146,12 @@ impl SignalList {
                 let values = of.entry(column).or_default();
                 *values.entry(row.text(column).to_owned()).or_default() += 1;
             };
-            let asked = |c: &&Condition| !c.holds(&row.text(c.column).to_lowercase());
-            if let Some(condition) = conditions.iter().find(asked) {
-                count(&mut left, condition.column);
+            let is_left = |(column, (any, none)): &(&usize, &(Vec<String>, Vec<String>))| {
+                let value = row.text(**column).to_lowercase();
+                !any.is_empty() && !any.contains(&value) || none.contains(&value)
+            };
+            if let Some((column, _)) = conditions.iter().find(is_left) {
+                count(&mut left, *column);
                 list.left_out += 1;
                 continue;
             }
@@ -222,20 +224,6 @@ fn place(table: &Table<'_>, row: &sheet::Row, at: &[usize]) -> Result<Place, Osm
     }
 }
 
-fn id_doubt(table: &Table<'_>, id: Option<usize>) -> Option<String> {
-    let of_rows = Column { what: "id", given: None, usual: &[OF_ROWS] };
-    let what = match id {
-        None => "no column has an id, so that the rows are numbered".to_owned(),
-        Some(id) if table.find(&of_rows).ok()? == Some(id) => {
-            format!("the id is {}, the number of a row in a database", table.name(id))
-        }
-        Some(_) => return None,
-    };
-    Some(format!(
-        "{what}, which may be another one in the next export; name a column as `id` in [signals] of the settings"
-    ))
-}
-
 /// Columns of latitude and longitude, or one with a text.
 fn places(table: &Table<'_>, columns: &SignalColumns) -> Result<Vec<usize>, OsmError> {
     let text = Column { what: "point", given: columns.point.as_deref(), usual: &POINT };
@@ -272,48 +260,32 @@ fn part_controllers(signals: &mut [ListedSignal]) -> Option<String> {
     })
 }
 
-struct Condition {
-    column: usize,
-    /// Values of which it has one, lower case; if there are any.
-    any: Vec<String>,
-    /// Values that it has not, lower case.
-    none: Vec<String>,
-}
+/// By column the values, lower case, of which a row has one, if there are any, and those of which it has none.
+type Conditions = BTreeMap<usize, (Vec<String>, Vec<String>)>;
 
-impl Condition {
-    fn holds(&self, value: &String) -> bool {
-        (self.any.is_empty() || self.any.contains(value)) && !self.none.contains(value)
-    }
-}
-
-fn conditions(table: &Table<'_>, keep: &[String]) -> Result<Vec<Condition>, OsmError> {
-    let mut of: BTreeMap<usize, Condition> = BTreeMap::new();
+fn conditions(table: &Table<'_>, keep: &[String]) -> Result<Conditions, OsmError> {
+    let mut of = Conditions::new();
     for text in keep {
         let Some((name, value)) = text.split_once('=') else {
             let reason = format!("{:?}: expected COLUMN=VALUE or COLUMN!=VALUE", brief(text));
             return Err(table.nothing(&reason));
         };
-        let (name, is_not) = match name.strip_suffix('!') {
-            Some(name) => (name, true),
-            None => (name, false),
-        };
-        let column = Column { what: "rows to keep", given: Some(name.trim()), usual: &[] };
-        let column = table.need(&column)?;
-        let new = || Condition { column, any: Vec::new(), none: Vec::new() };
-        let condition = of.entry(column).or_insert_with(new);
-        let values = if is_not { &mut condition.none } else { &mut condition.any };
+        let wanted = name.strip_suffix('!').unwrap_or(name);
+        let column = Column { what: "rows to keep", given: Some(wanted.trim()), usual: &[] };
+        let (any, none) = of.entry(table.need(&column)?).or_default();
+        let values = if wanted == name { any } else { none };
         values.push(value.trim().to_lowercase());
     }
-    Ok(of.into_values().collect())
+    Ok(of)
 }
 
 /// Returns the columns that may tell signals from what else there is and that nobody asked for.
-fn kinds(table: &Table<'_>, conditions: &[Condition]) -> Vec<usize> {
+fn kinds(table: &Table<'_>, conditions: &Conditions) -> Vec<usize> {
     let usual = KINDS.iter().filter_map(|name| {
         let column = Column { what: "kind", given: None, usual: std::slice::from_ref(name) };
         table.find(&column).ok().flatten()
     });
-    usual.filter(|column| conditions.iter().all(|c| c.column != *column)).collect()
+    usual.filter(|column| !conditions.contains_key(column)).collect()
 }
 
 fn doubt(column: &str, values: &Values) -> Option<String> {

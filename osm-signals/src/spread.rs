@@ -24,9 +24,9 @@ const STRAIGHT_DEG: f64 = 60.0;
 /// Name and rank of a street.
 type Named = (Option<Box<str>>, u8);
 
-/// A count elsewhere on a street: vehicles per day, of both directions unless the street is one-way, its id, and the distance
+/// A count elsewhere on a street: vehicles per day, of both directions unless the street is one-way, and the distance
 /// of the counted block from the junction, metres along the street.
-pub(super) type SpreadCount = (f64, String, f64);
+pub(super) type SpreadCount = (f64, f64);
 
 #[derive(Debug)]
 pub(super) struct Spread<'a> {
@@ -69,7 +69,7 @@ impl<'a> Spread<'a> {
             .flatten()
             .and_then(|step| self.walk(arm, step, counts));
         match (outwards, across) {
-            (Some(a), Some(b)) => Some(if a.2 <= b.2 { a } else { b }),
+            (Some(a), Some(b)) => Some(if a.1 <= b.1 { a } else { b }),
             (a, b) => a.or(b),
         }
     }
@@ -87,7 +87,7 @@ impl<'a> Spread<'a> {
             let next = self.onward(arm, step, &used);
             if graph.is_junction(node, &none) || next.is_none() {
                 if let Some(found) = counts.along(&block, arm.lanes_in + arm.lanes_out) {
-                    return Some((found.aadt_veh_per_day, found.id, along_m));
+                    return Some((found.aadt_veh_per_day, along_m));
                 }
                 (block, along_m) = (vec![graph.place(node)], metres);
             }

@@ -87,7 +87,7 @@ impl Survey {
 
     /// Returns whether a traffic count was found for any arm.
     pub fn is_counted(&self) -> bool {
-        self.traffic.iter().flatten().any(|t| t.count.is_some())
+        self.traffic.iter().flatten().any(|t| t.count_distance_m.is_some())
     }
 
     /// Says in which unit the counts of a survey may be, if too few vehicles come for the classes of its streets.

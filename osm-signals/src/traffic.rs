@@ -37,16 +37,6 @@ impl InflowSource {
     pub const ALL: [Self; 4] = [Self::Counted, Self::Spread, Self::Imputed, Self::Default];
 }
 
-/// The count that an arm has.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CountUse {
-    /// Its id.
-    pub id: String,
-    /// Distance of the street from the counted line or station, metres; of a spread count the distance
-    /// of the counted block from the junction, along the street.
-    pub distance_m: f64,
-}
-
 /// Annual average daily traffic of an arm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmTraffic {
@@ -55,8 +45,9 @@ pub struct ArmTraffic {
     pub aadt_per_lane: f64,
     /// What it rests on.
     pub source: InflowSource,
-    /// The count, if it rests on one.
-    pub count: Option<CountUse>,
+    /// If it rests on a count, the distance of the street from the counted line or station, metres; of a spread count the
+    /// distance of the counted block from the junction, along the street.
+    pub count_distance_m: Option<f64>,
 }
 
 /// Returns the traffic of every arm, by intersection.
@@ -72,7 +63,7 @@ pub(crate) fn traffic(
     let here = |arm: &Arm| {
         let (counts, _) = counts.filter(|_| arm.lanes_in > 0)?;
         let found = counts.along(&arm.places, arm.lanes_in + arm.lanes_out)?;
-        let found = (found.aadt_veh_per_day, found.id, found.distance_m);
+        let found = (found.aadt_veh_per_day, found.distance_m);
         Some(counted(arm, InflowSource::Counted, found, settings))
     };
     let elsewhere = |arm: &Arm| {
@@ -104,7 +95,7 @@ pub(crate) fn traffic(
         traffic.or_else(|| elsewhere(arm)).unwrap_or_else(|| {
             let (aadt_per_lane, source) = typical(arm.highway);
             let aadt_per_lane = if arm.lanes_in == 0 { 0.0 } else { aadt_per_lane };
-            ArmTraffic { aadt_per_lane, source, count: None }
+            ArmTraffic { aadt_per_lane, source, count_distance_m: None }
         })
     };
     intersections
@@ -117,11 +108,11 @@ pub(crate) fn traffic(
 fn counted(
     arm: &Arm,
     source: InflowSource,
-    (aadt_veh_per_day, id, distance_m): (f64, String, f64),
+    (aadt_veh_per_day, distance_m): (f64, f64),
     settings: &TrafficSettings,
 ) -> ArmTraffic {
     let aadt_per_lane = per_lane(arm, aadt_veh_per_day, settings);
-    ArmTraffic { aadt_per_lane, source, count: Some(CountUse { id, distance_m }) }
+    ArmTraffic { aadt_per_lane, source, count_distance_m: Some(distance_m) }
 }
 
 /// Returns the part of a count that one incoming lane of an arm carries on the mean of its directions.

@@ -16,7 +16,7 @@ mod geojson;
 mod index;
 mod settings;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use geo::Rect;
 
@@ -120,11 +120,8 @@ impl Counts {
         path: &Path,
         settings: &CountSettings,
     ) -> Result<Self, OsmError> {
-        settings.check().map_err(|e| OsmError::Malformed {
-            path: PathBuf::from(path),
-            reason: e.reason,
-            place: e.setting,
-        })?;
+        let wrong = |reason| OsmError::Nothing { path: path.to_path_buf(), reason };
+        settings.check().map_err(wrong)?;
         let text = table::text(bytes, path)?;
         let text = text.trim_start();
         let json = text.starts_with(['{', '[', '<']);
@@ -142,7 +139,7 @@ impl Counts {
                 brief(&field),
                 skipped.join(", ")
             );
-            OsmError::Nothing { path: PathBuf::from(path), reason }
+            wrong(reason)
         };
         let count = counted.len();
         let (index, bounds) = Index::new(counted).ok_or_else(nothing)?;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{OutOfRange, check_range};
+use crate::error::check_range;
 
 /// Which number is the count and when a count belongs to a street.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -47,7 +47,7 @@ impl Default for CountSettings {
 
 impl CountSettings {
     /// Checks the numbers.
-    pub fn check(&self) -> Result<(), OutOfRange> {
+    pub fn check(&self) -> Result<(), String> {
         for (name, value, low, high) in [
             ("counts.match_m", self.match_m, 1.0, 1000.0),
             ("counts.match_deg", self.match_deg, 1.0, 90.0),

@@ -70,7 +70,7 @@ fn the_number_of_a_signal_goes_before_the_id_of_its_row() {
         ("OBJECTID,Signal No.", "1,107", "107", 0),
         ("node,objectid", "7,8", "7", 0),
         ("name,id", "7,8", "8", 0),
-        ("OBJECTID,x1", "7,8", "7", 1),
+        ("OBJECTID,x1", "7,8", "1", 1),
         ("a,b", "7,8", "1", 1),
     ] {
         let one = list(&format!("{columns},lat,lon\n{row},40,-111\n"), "").unwrap();

@@ -64,8 +64,8 @@ impl CityConfig {
         let config = Self::parse(&text).map_err(|e| {
             CityError::unfit(path, shortened(e.to_string().trim_end(), PARSER_CHARS))
         })?;
-        let checked = config.settings.check().map_err(|e| format!("{}: {}", e.setting, e.reason));
-        checked.and_then(|()| config.hour.check()).map_err(|e| CityError::unfit(path, e))?;
+        let checked = config.settings.check().and_then(|()| config.hour.check());
+        checked.map_err(|e| CityError::unfit(path, e))?;
         Ok(config)
     }
 

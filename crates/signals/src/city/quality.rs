@@ -84,8 +84,7 @@ impl Spot {
             })
             .sum();
         let counted = traffic.iter().filter(|t| t.source == InflowSource::Counted);
-        let distances: Vec<f64> =
-            counted.filter_map(|t| t.count.as_ref().map(|count| count.distance_m)).collect();
+        let distances: Vec<f64> = counted.filter_map(|t| t.count_distance_m).collect();
         let mean = distances.iter().sum::<f64>() / distances.len() as f64;
         Self {
             id: i.id.clone(),

@@ -114,7 +114,7 @@ impl City {
         for (intersection, traffic) in all.filter(|(i, _)| ids.contains(&i.id)) {
             for (arm, traffic) in intersection.arms.iter().zip(traffic) {
                 if arm.lanes_in > 0 {
-                    (traffic.source, traffic.count) = (InflowSource::Counted, None);
+                    (traffic.source, traffic.count_distance_m) = (InflowSource::Counted, None);
                 }
             }
         }
