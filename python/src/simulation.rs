@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use tempfile::TempDir;
 use tsc_family::cli::point::unknown_point;
 use tsc_family::settings::overrides::Override;
-use tsc_family::traffic::city::folder::default_folder;
+use tsc_family::traffic::city::default_folder;
 use tsc_family::traffic::control::{Drive, GreenPhase, Observation, SignalSpec};
 use tsc_family::traffic::env::{SignalEnv, World};
 use tsc_family::traffic::environment::{environment, generated_world, hash_scenario};

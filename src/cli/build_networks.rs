@@ -13,7 +13,7 @@ use super::values::at_least_one_worker;
 use crate::cli::exit::{self, refuse};
 use crate::files::quoted;
 use crate::traffic::city::counted::{CountedRequest, counted};
-use crate::traffic::city::folder::{APPROACHES_FILE, default_folder};
+use crate::traffic::city::{APPROACHES_FILE, default_folder};
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::network::build::{BuildOptions, BuildSummary, build_all};
 use crate::traffic::network::intersection::{IntersectionSpec, intersections};

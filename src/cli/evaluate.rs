@@ -27,7 +27,7 @@ use crate::run::session::{Session, open};
 use crate::sample::{Choice, Draw, SamplePlan, Sampling};
 use crate::store::most;
 use crate::store::results::Results;
-use crate::traffic::city::folder::default_folder;
+use crate::traffic::city::default_folder;
 use crate::traffic::control::baseline;
 use crate::traffic::method_arguments::named_model;
 use crate::traffic::model::SignalModel;

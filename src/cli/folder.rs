@@ -9,7 +9,7 @@ use clap::ValueEnum;
 use rustix::fs::{Access, access};
 
 use crate::files::{FileError, beneath};
-use crate::traffic::city::folder::networks_folder;
+use crate::traffic::city::networks_folder;
 use crate::traffic::network_files::BY_HASH;
 use crate::traffic::settings::Preset;
 

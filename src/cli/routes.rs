@@ -16,7 +16,7 @@ use crate::store::manifest::{Identity, PointRow, Task};
 use crate::store::record::{Metrics, Outcome, Record, Summary};
 use crate::store::results::Results;
 use crate::suggest::did_you_mean;
-use crate::traffic::city::folder::default_folder;
+use crate::traffic::city::default_folder;
 use crate::traffic::domain::Traffic;
 use crate::traffic::network::demand::DemandSpec;
 use crate::traffic::program::SignalProgram;

@@ -14,7 +14,7 @@ use super::point::unknown_point;
 use super::scenario::{ScenarioArg, SumocfgArgs};
 use crate::cli::exit;
 use crate::report::table::Columns;
-use crate::traffic::city::folder::default_folder;
+use crate::traffic::city::default_folder;
 use crate::traffic::env::warnings::{folded, warnings};
 
 /// The tables of a signal: where its rows are in JSON, and its columns.

@@ -10,7 +10,7 @@ use super::scenario::DEFAULT_SCENARIO;
 use crate::domains;
 use crate::run::domain::{Domain, Problem};
 use crate::settings::overrides::Override;
-use crate::traffic::city::folder::default_folder;
+use crate::traffic::city::default_folder;
 use crate::traffic::existing::Plans;
 use crate::traffic::family::doubts::Doubt;
 use crate::traffic::method_arguments::plan_file;

@@ -73,7 +73,8 @@ fn what_is_left_out_keeps_intersections_and_traffic_together() {
 fn an_intersection_with_a_single_green_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let extract = "osm-signals/tests/networks/one_green/input.osm";
-    let error = derive(&Request::new(extract, folder.path().join("town")), &|_| {}).unwrap_err();
+    let (extract, out) = (extract.into(), folder.path().join("town"));
+    let error = derive(&Request { extract, out, ..Request::default() }, &|_| {}).unwrap_err();
     assert!(
         error.to_string().contains(
             "no signalised intersection; signals: 1 a single green; see which nodes have \
@@ -89,7 +90,8 @@ fn a_city_is_derived_without_the_command_and_written_when_asked() {
     let out = folder.path().join("town");
     let extract = Path::new("osm-signals/tests/networks/four_arms/input.osm");
     let told = Mutex::new(Vec::new());
-    let derived = derive(&Request::new(extract, &out), &|event| {
+    let request = Request { extract: extract.into(), out: out.clone(), ..Request::default() };
+    let derived = derive(&request, &|event| {
         let what = match event {
             Event::Progress { what, .. } => what.unwrap_or("reading"),
             Event::Warning(_) => "warning",

@@ -310,10 +310,10 @@ fn drawn(
 }
 
 fn streets_of(names: &BTreeMap<String, Named>, id: &str, at: (f64, f64)) -> Vec<String> {
-    let near = |named: &&Named| {
-        (named.at.0 - at.0).abs() < ELSEWHERE_DEG && (named.at.1 - at.1).abs() < ELSEWHERE_DEG
+    let near = |(_, (latitude, longitude)): &&Named| {
+        (latitude - at.0).abs() < ELSEWHERE_DEG && (longitude - at.1).abs() < ELSEWHERE_DEG
     };
-    names.get(id).filter(near).map(|named| named.streets.clone()).unwrap_or_default()
+    names.get(id).filter(near).map(|(streets, _)| streets.clone()).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -373,7 +373,7 @@ mod tests {
 
     #[test]
     fn a_name_from_elsewhere_is_not_taken() {
-        let named = Named { streets: vec!["Main Street".into()], at: (40.0, -111.0) };
+        let named = (vec!["Main Street".into()], (40.0, -111.0));
         let names = BTreeMap::from([("n1".to_owned(), named)]);
         assert_eq!(streets_of(&names, "n1", (40.0001, -111.0)), ["Main Street"]);
         assert!(streets_of(&names, "n1", (40.1, -111.0)).is_empty());

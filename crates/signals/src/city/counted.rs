@@ -7,12 +7,11 @@ use osm_signals::DrivingSide;
 use serde_json::json;
 use toml::Table;
 
-use super::CityError;
-use super::folder::{
-    self, APPROACHES_FILE, EXISTING_FILE, InputFile, SCENARIO_FILE, SOURCES_FILE, hours,
+use super::surroundings::SURROUNDINGS;
+use super::{
+    APPROACHES_FILE, CityError, EXISTING_FILE, InputFile, SCENARIO_FILE, SOURCES_FILE, hours,
     networks_folder, scenario_name,
 };
-use super::surroundings::SURROUNDINGS;
 use crate::existing::{self, Plans};
 use crate::family::approaches::{Approach, to_csv};
 use crate::family::doubts::Doubt;
@@ -62,7 +61,7 @@ pub fn counted(
 ) -> Result<(LoadedScenario, Joined, PathBuf), CityError> {
     let CountedRequest { uncounted, out, .. } = *request;
     if !request.force {
-        folder::check(out)?;
+        super::check(out)?;
     }
     let joined = match request.files {
         [] => Joined {

@@ -6,7 +6,8 @@
 //! use tsc_family_signals::city::derive::{Event, Request, derive};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let request = Request::new("my-city.osm.pbf", "networks/my-city");
+//! let (extract, out) = ("my-city.osm.pbf".into(), "networks/my-city".into());
+//! let request = Request { extract, out, ..Request::default() };
 //! let derived = derive(&request, &|event| {
 //!     if let Event::LeftOut(reason) = event {
 //!         eprintln!("left out: {reason}");
@@ -30,12 +31,14 @@ use osm_signals::{Boundary, Counts, DrivingSide, Extract, Inputs, SignalList, Su
 use serde_json::json;
 use toml::{Table, Value};
 
-use super::CityError;
 use super::config::CityConfig;
-use super::folder::{self, APPROACHES_FILE, InputFile, SCENARIO_FILE, hours, networks_folder};
 use super::quality::{Quality, quality};
 use super::sites::{City, Reason};
 use super::surroundings::{Drawing, write_places};
+use super::{
+    APPROACHES_FILE, CityError, InputFile, SCENARIO_FILE, hours, networks_folder, scenario_name,
+    stem,
+};
 use crate::family::approaches::{gathered, to_csv};
 use crate::family::features::six_features;
 use crate::family::load::{LoadedScenario, from_text};
@@ -93,14 +96,9 @@ pub struct Request {
 }
 
 impl Request {
-    /// Returns the request for an extract, without anything that says more of its city.
-    pub fn new(extract: impl Into<PathBuf>, out: impl Into<PathBuf>) -> Self {
-        Self { extract: extract.into(), out: out.into(), ..Self::default() }
-    }
-
     /// Returns where an extract's city is written by default.
     pub fn default_out(extract: &Path) -> PathBuf {
-        Path::new("networks").join(folder::stem(extract))
+        Path::new("networks").join(stem(extract))
     }
 
     fn files(&self) -> Result<Vec<InputFile>, FileError> {
@@ -134,7 +132,7 @@ impl Input {
     /// Reads the small files first, so that a mistake in one is known before the extract is read.
     fn read(request: &Request, progress: &(dyn Fn(u64, u64) + Sync)) -> Result<Self, CityError> {
         if !request.force {
-            folder::check(&request.out)?;
+            super::check(&request.out)?;
         }
         let config = request.config.as_deref().map(CityConfig::read).transpose()?;
         let config = config.unwrap_or_default();
@@ -408,7 +406,7 @@ fn scenario_text(
     (inflows, side): (Option<InflowSources>, Option<DrivingSide>),
 ) -> Result<String, FamilyError> {
     let detail = request.detail.unwrap_or(Detail::PerApproach);
-    let (name, extract) = (folder::scenario_name(&request.out), folder::stem(&request.extract));
+    let (name, extract) = (scenario_name(&request.out), stem(&request.extract));
     let mut source =
         request.config.as_ref().map_or("settings".to_owned(), |c| c.display().to_string());
     source.extend(request.overrides.iter().map(|o| format!(" {}", o.flag())));

@@ -9,8 +9,8 @@ use osm_signals::traffic::InflowSource;
 use osm_signals::{Arm, Counts, DrivingSide, Extract};
 use serde::Serialize;
 
+use super::InputFile;
 use super::config::DesignHour;
-use super::folder::InputFile;
 use super::sites::{City, Reason, Site};
 use crate::family::load::LoadedScenario;
 

@@ -49,14 +49,8 @@ const MAX_CORNERS: usize = 60_000;
 /// The lines of the streets of one rank: longitude and latitude, degrees.
 pub type Lines = Vec<Vec<[f64; 2]>>;
 
-/// An intersection as it was found.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Named {
-    /// Names of its streets.
-    pub streets: Vec<String>,
-    /// Latitude and longitude, degrees.
-    pub at: (f64, f64),
-}
+/// The names of the streets of an intersection as it was found, and its latitude and longitude, degrees.
+pub type Named = (Vec<String>, (f64, f64));
 
 /// What the map of a city shows beside its intersections.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -212,7 +206,7 @@ pub fn read_names(folder: &Path) -> Result<BTreeMap<String, Named>, CityError> {
         };
         let [longitude, latitude, ..] = coordinates.as_slice() else { continue };
         let streets = streets.split(BETWEEN).filter(|s| !s.is_empty()).map(str::to_owned);
-        names.insert(id, Named { streets: streets.collect(), at: (*latitude, *longitude) });
+        names.insert(id, (streets.collect(), (*latitude, *longitude)));
     }
     Ok(names)
 }
@@ -256,8 +250,8 @@ mod tests {
         write_places(dir.path(), places.into_iter()).unwrap();
         let names = read_names(dir.path()).unwrap();
         assert_eq!(names.len(), 1);
-        assert_eq!(names["n1"].streets, ["Main Street", "3rd Avenue"]);
-        assert_eq!(names["n1"].at, (40.5, -111.0));
+        assert_eq!(names["n1"].0, ["Main Street", "3rd Avenue"]);
+        assert_eq!(names["n1"].1, (40.5, -111.0));
         fs::write(dir.path().join(INTERSECTIONS_FILE), "[]").unwrap();
         let e = read_names(dir.path()).unwrap_err().to_string();
         assert!(e.contains("intersections.geojson") && e.contains("build"), "{e}");

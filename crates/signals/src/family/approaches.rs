@@ -247,21 +247,6 @@ impl Counted {
     }
 }
 
-impl Arrivals {
-    /// Returns the peak hour factor: volume divided by four times that of the busiest quarter.
-    ///
-    /// Source: Highway Capacity Manual, `V / (4 V15)`.
-    pub fn peak_hour_factor(&self) -> f64 {
-        match self {
-            Self::PeakHourFactor(factor) => *factor,
-            Self::QuarterHours(quarters) => {
-                let busiest = quarters.iter().copied().fold(0.0, f64::max);
-                quarters.iter().sum::<f64>() / (4.0 * busiest)
-            }
-        }
-    }
-}
-
 /// Reads an approaches table and imputes the counts that are missing.
 ///
 /// # Errors
@@ -481,7 +466,7 @@ pub(crate) fn check(row: &Approach) -> Result<(), String> {
         ));
     }
     if lanes_in + row.lanes_out == 0 {
-        return Err("lanes_in and lanes_out are 0: expected at least one lane".to_owned());
+        return Err("lanes_in = 0 and lanes_out = 0: expected at least one lane".to_owned());
     }
     if lanes_in == 0 && row.counted.is_some_and(|counted| counted.total_vph() > 0.0) {
         return Err(format!(
@@ -720,7 +705,6 @@ mod tests {
         let [a, b] = [&arms[0], &arms[1]].map(|a| a.counted.unwrap());
         assert_eq!(a.total_vph(), 500.0);
         assert_eq!(a.arrivals, Some(Arrivals::QuarterHours([110.0, 140.0, 130.0, 120.0])));
-        assert!((a.arrivals.unwrap().peak_hour_factor() - 500.0 / 560.0).abs() < 1e-12);
         assert_eq!((a.heavy_vehicles, b.heavy_vehicles), (Some(0.05), None));
         assert_eq!(b.arrivals, Some(Arrivals::PeakHourFactor(0.9)));
     }

@@ -62,7 +62,7 @@ impl Doubt {
     }
 
     /// Returns a doubt about a whole table.
-    pub(crate) fn whole(about: impl Into<String>) -> Self {
+    fn whole(about: impl Into<String>) -> Self {
         Self { about: about.into(), rows: Vec::new() }
     }
 

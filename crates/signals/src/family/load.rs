@@ -79,44 +79,30 @@ pub fn load(name: &str) -> Result<LoadedScenario, FamilyError> {
 ///
 /// [`FamilyError`] naming the file and the place, or what replaces a setting.
 pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, FamilyError> {
-    let opened = open(name)?;
-    let detail = if opened.is_embedded { Detail::SixFeatures } else { Detail::PerApproach };
-    let table = |table: &str| opened.table(table);
-    let mut loaded = with_detail(&opened.text, &opened.file, overrides, &table, detail)?;
-    if opened.is_embedded && EMBEDDED_TABLES.iter().any(|(_, text)| *text == loaded.table) {
+    let (text, file, folder) = open(name)?;
+    let detail = if folder.is_none() { Detail::SixFeatures } else { Detail::PerApproach };
+    let table = |path: &str| table_of(folder.as_deref(), path);
+    let mut loaded = with_detail(&text, &file, overrides, &table, detail)?;
+    if folder.is_none() && EMBEDDED_TABLES.iter().any(|(_, text)| *text == loaded.table) {
         loaded.doubts.clear();
     }
     Ok(loaded)
 }
 
-/// A scenario whose text has been read.
-struct Opened {
-    text: String,
-    /// What messages call it.
-    file: String,
-    /// What the paths of its tables are relative to.
-    folder: PathBuf,
-    is_embedded: bool,
-}
-
-impl Opened {
-    /// Returns the text of a table that it names.
-    fn table(&self, path: &str) -> Result<String, FamilyError> {
-        // Of an embedded scenario only a table from the command line is not embedded.
-        let carried = EMBEDDED_TABLES.iter().find(|(table, _)| self.is_embedded && *table == path);
-        match carried {
-            Some((_, text)) => Ok((*text).to_owned()),
-            None => read_text(&self.folder.join(path)),
-        }
+/// Returns the text of a table that a scenario names, whose paths are relative to a folder if it is not embedded. Of an
+/// embedded scenario only a table from the command line is not embedded.
+fn table_of(folder: Option<&Path>, path: &str) -> Result<String, FamilyError> {
+    match EMBEDDED_TABLES.iter().find(|(table, _)| folder.is_none() && *table == path) {
+        Some((_, text)) => Ok((*text).to_owned()),
+        None => read_text(&folder.unwrap_or(Path::new("")).join(path)),
     }
 }
 
 /// Opens a scenario by path or embedded name. A table of approaches or of point MDPs is a scenario with the
-/// settings of a file that names it and nothing else.
-fn open(name: &str) -> Result<Opened, FamilyError> {
+/// settings of a file that names it and nothing else. Returns its text, what messages call it, and its folder if it is not embedded.
+fn open(name: &str) -> Result<(String, String, Option<PathBuf>), FamilyError> {
     if let Some((_, text)) = EMBEDDED.iter().find(|(n, _)| *n == name) {
-        let (text, file) = ((*text).to_owned(), format!("{name}.toml (embedded)"));
-        return Ok(Opened { text, file, folder: PathBuf::new(), is_embedded: true });
+        return Ok(((*text).to_owned(), format!("{name}.toml (embedded)"), None));
     }
     if !Path::new(name).exists() {
         let embedded = EMBEDDED.map(|(name, _)| name);
@@ -132,7 +118,7 @@ fn open(name: &str) -> Result<Opened, FamilyError> {
         false => read_scenario(&path)?,
     };
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-    Ok(Opened { text, file: path.display().to_string(), folder, is_embedded: false })
+    Ok((text, path.display().to_string(), Some(folder)))
 }
 
 /// Returns whether a file is a table by its name.
@@ -184,12 +170,11 @@ pub struct Uncounted {
 ///
 /// As [`load_with`], and [`FamilyError::Setting`] for a scenario without approaches.
 pub fn load_uncounted(name: &str, overrides: &[Override]) -> Result<Uncounted, FamilyError> {
-    let opened = open(name)?;
-    let Opened { text, file, .. } = &opened;
-    let (scenario, _) = settings_of(text, file, overrides, Detail::PerApproach)?;
+    let (text, file, folder) = open(name)?;
+    let (scenario, _) = settings_of(&text, &file, overrides, Detail::PerApproach)?;
     let Some(path) = scenario.family.approaches.clone() else {
         return Err(FamilyError::Setting {
-            file: file.clone(),
+            file,
             field: "family.points".into(),
             value: scenario.family.points.unwrap_or_default(),
             expected:
@@ -197,10 +182,11 @@ pub fn load_uncounted(name: &str, overrides: &[Override]) -> Result<Uncounted, F
                     .into(),
         });
     };
-    let table = opened.table(&path).map_err(|e| unreadable(e, file, "family.approaches", &path))?;
-    let intersections = approaches::read_uncounted(&table, &path)?;
-    let plans = plans_of(&scenario, file, &|table| opened.table(table))?;
-    Ok(Uncounted { file: opened.file, scenario, text: opened.text, intersections, plans })
+    let table = |path: &str| table_of(folder.as_deref(), path);
+    let own = table(&path).map_err(|e| unreadable(e, &file, "family.approaches", &path))?;
+    let intersections = approaches::read_uncounted(&own, &path)?;
+    let plans = plans_of(&scenario, &file, &table)?;
+    Ok(Uncounted { file, scenario, text, intersections, plans })
 }
 
 /// Returns a scenario whose text stands on a preset's, with settings replaced.
@@ -336,10 +322,9 @@ fn settings_of(
     }
     let without_effect = scenario.family.detail == Detail::PerApproach && says("bins");
     let bins_without_effect = without_effect.then(|| {
-        Doubt::whole(
-            "family.bins has no effect on intersections that keep their own approaches; say detail = \"six-features\" \
-             in [family] for means over them",
-        )
+        let about = "family.bins has no effect on intersections that keep their own approaches; say detail = \
+                     \"six-features\" in [family] for means over them";
+        Doubt { about: about.to_owned(), rows: Vec::new() }
     });
     Ok((scenario, bins_without_effect))
 }

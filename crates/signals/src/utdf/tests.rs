@@ -179,7 +179,7 @@ fn a_signal_that_cannot_be_a_row_is_left_out_and_the_others_stay() {
         .replace("Lanes,13,,,,2", "Lanes,13,,,,0");
     let dead = left_out(&dead);
     assert!(
-        dead.contains("node 1, EB Main St: lanes_in = 0 and lanes_out = 0: expected up to"),
+        dead.contains("node 1, EB Main St: lanes_in = 0 and lanes_out = 0: expected at least"),
         "{dead}"
     );
 }
