@@ -8,7 +8,6 @@ pub(super) mod cabinet;
 pub mod episode;
 mod files;
 mod program_xml;
-pub(super) mod sheets;
 pub(super) mod told;
 
 use minijinja::{Value, context};

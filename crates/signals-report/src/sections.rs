@@ -267,7 +267,7 @@ impl Sections for TrafficSections {
     fn write(&self, folder: &Path, data: &Analysis) -> Result<Written, ReportError> {
         let seen = self.seen(data);
         let mut written = Written { files: vec![plans::write(folder, seen)?], notes: Vec::new() };
-        written.notes.extend(plans::sheets::write(&folder.join(plans::FOLDER), seen)?);
+        written.notes.extend(plans::cabinet::write(&folder.join(plans::FOLDER), seen)?);
         super::pages::write(folder, seen)?;
         for (name, text) in self.further(data) {
             let path = folder.join(name);

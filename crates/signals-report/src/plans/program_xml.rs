@@ -97,11 +97,4 @@ mod tests {
         </additional>
         "#);
     }
-
-    #[test]
-    fn no_two_hyphens_follow_one_another_in_a_comment() {
-        let lines = ["a---b", "----", "--->", "-"].map(str::to_owned);
-        let text = comment(&lines);
-        assert_eq!(text, "<!--\n    a- - -b\n    - - - -\n    - - ->\n    -\n-->\n");
-    }
 }

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use super::TaskPlan;
 use crate::shown::Seen;
-use evaluation::analysis::Analysis;
 use evaluation::store::manifest::PointRow;
 use signals::environment::existing_plan;
 use signals::existing::ExistingPlan;
@@ -52,17 +51,17 @@ impl Told {
 /// Returns the plans of all signals of a task; nothing for methods that decide while they run.
 pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
     let Seen { data, shown } = seen;
-    let told = |signal: &str, plan: ExistingPlan, is_stages: bool| Told {
-        method: task.method,
-        point: task.point,
-        replicate: task.replicate,
-        objective: task.objective,
-        signal: signal.to_owned(),
-        plan: with_names_of_the_network(seen, task.point, plan),
-        is_stages,
-        is_alone: true,
+    let told = |signal: &str, mut plan: ExistingPlan, is_stages: bool| {
+        if plan.ways.is_empty() {
+            rename(&mut plan, &renamed(seen, task.point));
+        }
+        let TaskPlan { method, point, replicate, objective, .. } = *task;
+        let signal = signal.to_owned();
+        Told { method, point, replicate, objective, signal, plan, is_stages, is_alone: true }
     };
-    if let Some(plan) = existing_of(data, task) {
+    let identity = &data.manifest.identity;
+    let point = &identity.points[task.point];
+    if let Some(plan) = given_plan(point, &identity.methods[task.method]) {
         return vec![told(SIGNAL, plan, false)];
     }
     let of_results = shown.link_names(task.point);
@@ -83,7 +82,7 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
     let programs = task.programs.iter().filter_map(|program| {
         let mut plan = of_program(program, &names(program))?;
         // Records do not have the offset of a program of a network that is not ours.
-        if program.own && data.manifest.identity.points[task.point].environment != GENERATED {
+        if program.own && point.environment != GENERATED {
             plan.offset_s = None;
         }
         Some(told(&program.signal, plan, true)).filter(|told| !told.plan.phases.is_empty())
@@ -125,12 +124,6 @@ pub(crate) fn given_plan(point: &PointRow, method: &str) -> Option<ExistingPlan>
     existing_plan(point, method).ok().flatten()
 }
 
-/// Returns the plan that a task of a method with given plans ran, as it was given.
-fn existing_of(data: &Analysis, task: &TaskPlan) -> Option<ExistingPlan> {
-    let identity = &data.manifest.identity;
-    given_plan(&identity.points[task.point], &identity.methods[task.method])
-}
-
 /// Returns what movements of an intersection are called in plans, by the name that they have in results: as the plan that was
 /// given for it calls them, else after the directions with which the names of its arms begin. Plans that are given are read so.
 pub(crate) fn renamed(seen: Seen<'_>, point: usize) -> BTreeMap<String, String> {
@@ -161,15 +154,6 @@ fn on_arm(movement: &str, from_edge: &str, drawn: &DrawnIntersection) -> Option<
     Some(format!("{}{}", told[arm], movement.get(2..)?))
 }
 
-/// Calls movements as the existing plan of an intersection does, or the names of its arms.
-fn with_names_of_the_network(seen: Seen<'_>, point: usize, mut plan: ExistingPlan) -> ExistingPlan {
-    if !plan.ways.is_empty() {
-        return plan;
-    }
-    rename(&mut plan, &renamed(seen, point));
-    plan
-}
-
 /// Calls movements of a plan otherwise; several may get one name.
 fn rename(plan: &mut ExistingPlan, renamed: &BTreeMap<String, String>) {
     for phase in &mut plan.phases {
@@ -190,7 +174,7 @@ fn rename(plan: &mut ExistingPlan, renamed: &BTreeMap<String, String>) {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use signals::existing::{Control, PlanPhase, Recall};
+    use signals::existing::{Control, PlanPhase};
     use signals::places::DrawnArm;
 
     use super::*;
@@ -226,29 +210,9 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_walk_that_goes_on_through_later_stages_is_not_given_back() {
-        let walks = |is_stages: bool, min_green_s: f64| {
-            let phase = PlanPhase { min_green_s, walk_s: Some([7.0, 18.0]), ..phase() };
-            let told = Told {
-                method: 0,
-                point: 0,
-                replicate: 0,
-                objective: None,
-                signal: "c".to_owned(),
-                plan: ExistingPlan::new(Control::Actuated, vec![phase]),
-                is_stages,
-                is_alone: true,
-            };
-            told.given_back().phases[0].walk_s.is_some()
-        };
-        assert!(walks(true, 25.0) && walks(false, 20.0));
-        assert!(!walks(true, 20.0));
-    }
-
-    #[test]
     fn movements_that_get_one_name_are_there_once() {
         let phase = phase();
-        let other = PlanPhase { movements: names(&["NBL", "NBL2"]), ..phase.clone() };
+        let other = PlanPhase { movements: vec!["NBL".into(), "NBL2".into()], ..phase.clone() };
         let mut plan = ExistingPlan::new(Control::Actuated, vec![phase, other]);
         let renamed = BTreeMap::from([("NBL2".to_owned(), "NBL".to_owned())]);
         rename(&mut plan, &renamed);
@@ -257,27 +221,9 @@ pub(super) mod tests {
         assert_eq!(plan.phases[1].movements, ["NBL"]);
     }
 
-    fn names(all: &[&str]) -> Vec<String> {
-        all.iter().map(|name| (*name).to_owned()).collect()
-    }
-
     pub(in crate::plans) fn phase() -> PlanPhase {
-        PlanPhase {
-            number: 2,
-            ring: 1,
-            barrier: 1,
-            position: 1,
-            movements: names(&["NBL", "NBT"]),
-            yielding: names(&["NBL2", "NBR"]),
-            min_green_s: 5.0,
-            max_green_s: 20.0,
-            passage_s: 3.0,
-            yellow_s: 4.0,
-            all_red_s: 1.0,
-            walk_s: None,
-            recall: Recall::None,
-            dual_entry: true,
-            inhibit_max: false,
-        }
+        let table = "intersection,control,phase,ring,barrier,position,movements,yielding,min_green_s,max_green_s,yellow_s,all_red_s\n\
+                     7,actuated,2,1,1,1,NBL NBT,NBL2 NBR,5,20,4,1\n";
+        signals::existing::read(table, "e.csv").unwrap().all.remove(0).plan.phases.remove(0)
     }
 }

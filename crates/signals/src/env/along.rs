@@ -140,9 +140,6 @@ mod tests {
     use super::*;
     use crate::sim::VehicleState;
 
-    /// The link of a vehicle whose lane does not lead where it goes.
-    const NOWHERE: u32 = u32::MAX;
-
     fn street() -> Along {
         let stop = |signal: &str, at_m, after_s| StreetStop {
             signal: signal.into(),
@@ -157,7 +154,7 @@ mod tests {
                 episodes: vec![StreetEpisode::default()],
             }],
             first_mps: vec![10.0],
-            of_lane: vec![vec![(0, 0)], vec![(0, 1)], vec![(0, 1)]],
+            of_lane: vec![vec![(0, 0)], vec![(0, 1)]],
             ..Along::default()
         }
     }
@@ -168,7 +165,7 @@ mod tests {
         for (time_s, seen) in (0..).zip(seconds) {
             let vehicles = seen.map(|(lane, link, distance_m, speed_mps)| VehicleState {
                 lane,
-                link: (link != NOWHERE).then_some(link),
+                link: Some(link),
                 vehicle: 7,
                 speed_mps,
                 distance_m,
@@ -194,23 +191,6 @@ mod tests {
         // 6 s for 50 m and the 10 s between the stop lines.
         let expected = StreetEpisode { vehicles: 1, travel_s: 6.0, delay_s: -9.0, stops: 2.0 };
         assert_eq!(driven(&seconds), expected);
-    }
-
-    #[test]
-    fn who_overtakes_on_a_lane_of_another_movement_is_still_under_way() {
-        let seconds = |lane, link| {
-            [
-                Some((0, 1, 50.0, 10.0)),
-                Some((1, 1, 90.0, 9.0)),
-                Some((lane, link, 60.0, 9.0)),
-                Some((1, 1, 30.0, 9.0)),
-                None,
-            ]
-        };
-        let expected = driven(&seconds(1, 1));
-        assert_eq!((expected.vehicles, expected.travel_s), (1, 4.0));
-        assert_eq!(driven(&seconds(2, 1)), expected);
-        assert_eq!(driven(&seconds(2, NOWHERE)), expected);
     }
 
     #[test]

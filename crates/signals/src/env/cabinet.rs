@@ -259,13 +259,6 @@ mod tests {
     }
 
     #[test]
-    fn a_decision_before_the_least_green_is_over_is_ignored() {
-        let settings = SignalSettings { min_green_s: 9, all_red_s: 1, ..SignalSettings::default() };
-        // After the change at 0 green begins at 4: 1 s, then 6 s old at the next decisions, then 11 s.
-        assert_eq!(shown(&settings, &[1, 0, 0, 0], 5), "yyyrrrrrrrrrrrrrrrrG");
-    }
-
-    #[test]
     fn the_longest_green_ends_in_favour_of_who_waits() {
         let settings = SignalSettings { max_green_s: Some(17), ..SignalSettings::default() };
         let all = shown(&settings, &[0; 6], 10);

@@ -321,7 +321,6 @@ fn limits(timing: &Timing, greens: &[String], own: &Program) -> Limits {
     let change = |from: &String, to: &String| {
         timing.change(from, to).map_or(0.0, |change| seconds(change.total_s()))
     };
-    let (min_cycle_s, max_cycle_s) = timing.cycle_s();
     Limits {
         min_green_s: greens.iter().map(|g| seconds(timing.min_green_s(g))).collect(),
         needs: timing.needs(&greens.iter().map(String::as_str).collect::<Vec<_>>()),
@@ -329,8 +328,8 @@ fn limits(timing: &Timing, greens: &[String], own: &Program) -> Limits {
             .map(|g| timing.max_green_s(g).map_or(f64::INFINITY, seconds))
             .collect(),
         change_s: greens.iter().map(|a| greens.iter().map(|b| change(a, b)).collect()).collect(),
-        min_cycle_s: seconds(min_cycle_s),
-        max_cycle_s: seconds(max_cycle_s),
+        min_cycle_s: seconds(timing.settings.min_cycle_s),
+        max_cycle_s: seconds(timing.settings.max_cycle_s),
         own_program: own.kind == ProgramKind::Static && timing.keeps(&own.phases()),
     }
 }
@@ -361,10 +360,7 @@ mod tests {
     use super::*;
     use crate::env::SignalEnv;
     use crate::env::testing::{crossing as scene, env};
-    use crate::sim::Piece;
     use crate::sim::testing::MockSim;
-
-    const NO_LINKS: [(&str, f64, &str); 0] = [];
 
     fn pairs(derived: &DerivedSignal) -> Vec<Vec<usize>> {
         let index = |m: &usize| derived.spec.movements[*m].index;
@@ -387,24 +383,6 @@ mod tests {
         let scene = scene(&lanes, &["GGgGrGGG", "GGGrrrrr", "rrrGGGrr"]);
         let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
         assert_eq!(pairs(&derived), [[1, 7], [7, 8], [9, 11]]);
-    }
-
-    #[test]
-    fn a_permissive_left_does_not_name_a_phase() {
-        let lanes = [("n_0", 0.0, "sl"), ("s_0", 180.0, "sl")];
-        let scene = scene(&lanes, &["GgGg"]);
-        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
-        assert_eq!(pairs(&derived), [[1, 7]]);
-        assert_eq!(derived.spec.phases[0].service[1], Light::Permissive);
-    }
-
-    #[test]
-    fn a_signal_without_lanes_or_greens_is_refused() {
-        let empty = scene(&NO_LINKS, &["G"]);
-        assert!(derive(&empty, &empty.signals[0], &SignalSettings::default()).is_err());
-        let red = scene(&[("n_0", 0.0, "s")], &["r", "y"]);
-        let e = derive(&red, &red.signals[0], &SignalSettings::default()).unwrap_err().to_string();
-        assert!(e.contains("green for vehicles without yellow; check its tlLogic"), "{e}");
     }
 
     #[test]
@@ -438,15 +416,6 @@ mod tests {
         // Equal neighbours are one green, across the end of the cycle too.
         assert_eq!(own(&["Grr", "Grr", "rGr", "rrG", "Grr"]).1, texts(&["Grr", "rGr", "rrG"]));
         assert_eq!(own(&["Grr", "Grr"]).1, texts(&["Grr"]));
-    }
-
-    #[test]
-    fn a_lane_is_seen_as_far_as_its_pieces_reach() {
-        let mut scene = scene(&[("n_0", 0.0, "s"), ("e_0", 90.0, "s")], &["Gr", "rG"]);
-        let piece = |beyond_m| Piece { id: "p_0".into(), length_m: 50.0, beyond_m };
-        scene.lanes[0].pieces = vec![piece(101.0), piece(120.0)];
-        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
-        assert_eq!(derived.seen_m, [170.0, 100.0]);
     }
 
     fn share(from: &str, to: &str, share: f64) -> TurnShare {

@@ -96,13 +96,4 @@ mod tests {
         assert_eq!(signal.programs[0].phases[2].state, "rrG");
         assert_eq!(on_red.program(signal.programs[0].clone()), own);
     }
-
-    #[test]
-    fn a_link_that_is_plain_red_somewhere_keeps_its_letters() {
-        let lanes = [("n_0", 0.0, "r"), ("e_0", 90.0, "s")];
-        let mut scene = crossing(&lanes, &["Gr", "rr", "sG"]);
-        let on_red = OnRed::take(&mut scene.signals[0]);
-        assert_eq!(scene.signals[0].programs[0].phases[2].state, "sG");
-        assert_eq!(on_red.shown("rG"), "rG");
-    }
 }

@@ -215,16 +215,4 @@ mod tests {
         // From 3 to 10 s, not at all, and from 25 s to the end.
         assert_eq!(pedestrians.finish(30.0), PedestrianTotals { count: 3, wait_s: 12.0 });
     }
-
-    #[test]
-    fn who_has_waited_longest_is_overdue_first() {
-        let mut pedestrians = hours(1.0, 7, 60.0);
-        pedestrians.arrive(600.0);
-        let first = |c: usize| pedestrians.crossings[c].waiting[0];
-        let expected = if first(0) < first(2) { 0 } else { 2 };
-        assert_eq!(pedestrians.overdue(600.0), Some(expected));
-        assert_eq!(pedestrians.overdue(first(expected) + LONGEST_WAIT_S), None);
-        pedestrians.go(0, 600.0);
-        assert!(!pedestrians.waits(0) && pedestrians.waits(2));
-    }
 }

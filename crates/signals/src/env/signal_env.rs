@@ -228,7 +228,7 @@ impl<S: Sim> SignalEnv<S> {
                 |edge: &str| self.world.pedestrians.get(edge).copied().unwrap_or(per_hour);
             let may_wait = |crossing: usize| {
                 let serves = |green: &String| signal.timing.serves_crossing(green, crossing);
-                signal.timing.is_open(crossing) && !signal.own_greens.iter().all(serves)
+                !signal.timing.closed[crossing] && !signal.own_greens.iter().all(serves)
             };
             let edges = approach_edges(&self.scene, info);
             let edges = edges.into_iter().enumerate().map(|(i, edge)| may_wait(i).then_some(edge));
@@ -403,8 +403,8 @@ impl<S: Sim> SignalEnv<S> {
                 self.shown[i].clone_from(&cabinet.table.program.phases[0].state);
             }
             if let Some(rings) = rings {
-                rings.shown().clone_into(&mut self.shown[i]);
-                self.sim.show(i, &self.on_red[i].shown(rings.shown()))?;
+                self.shown[i].clone_from(&rings.shown);
+                self.sim.show(i, &self.on_red[i].shown(&rings.shown))?;
                 self.rings[i] = Some(rings);
             } else if self.cabinets[i].is_none() {
                 self.programs[i] =

@@ -567,22 +567,6 @@ mod tests {
     }
 
     #[test]
-    fn a_phase_for_pedestrians_alone_is_said() {
-        for (control, expected) in [
-            (Control::Pretimed, "phase 9 is for pedestrians alone: a fixed cycle keeps its time"),
-            (Control::Actuated, "phase 9 is for pedestrians alone, and serves the crosswalks"),
-        ] {
-            let mut plan = plan(control);
-            plan.cycle_s = None;
-            let mut people = phase(9, [3, 1, 1], "");
-            people.walk_s = Some([7.0, 6.0]);
-            plan.phases.push(people);
-            let notes = plan.check().unwrap();
-            assert!(notes[0].starts_with(expected), "{notes:?}");
-        }
-    }
-
-    #[test]
     fn a_green_shorter_than_a_second_is_refused_and_a_ring_that_waits_is_said() {
         let e = refused(&|p| {
             p.phases[0].max_green_s = 0.1;
@@ -592,8 +576,12 @@ mod tests {
         assert!(e.contains("phase 1 has a green of 0.1 s, and steps are of 1 s"), "{e}");
         let mut plan = plan(Control::Pretimed);
         plan.phases[4].max_green_s = 15.0;
+        let mut people = phase(9, [3, 1, 1], "");
+        (people.walk_s, plan.cycle_s) = (Some([7.0, 6.0]), None);
+        plan.phases.push(people);
         let notes = plan.check().unwrap();
         assert!(notes[0].contains("phase 6 lasts 19 s instead of 15 s"), "{notes:?}");
+        assert!(notes[1].contains("phase 9 is for pedestrians alone: a fixed"), "{notes:?}");
     }
 
     #[test]

@@ -221,8 +221,5 @@ mod tests {
         assert_eq!(told(&program), [[5.0, 40.0, 3.0], [20.0, 20.0, 3.0]]);
         program.max_gap_s = Some(2.5);
         assert_eq!(told(&program), [[5.0, 40.0, 2.5], [20.0, 20.0, 2.5]]);
-        // A fixed cycle lasts its durations, whatever bounds stand beside them.
-        program.kind = ProgramKind::Static;
-        assert_eq!(told(&program), [[28.0, 28.0, 0.0], [20.0, 20.0, 0.0]]);
     }
 }

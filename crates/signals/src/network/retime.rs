@@ -62,7 +62,7 @@ pub fn retime(
     let changes: Vec<Vec<(String, u32)>> =
         (0..greens.len()).map(|i| timing.between(&greens[i].state, next(i))).collect();
     let lost_s: u32 = changes.iter().flatten().map(|(_, seconds)| seconds).sum();
-    let cycle_s = cycle_s(settings, timing.cycle_s());
+    let cycle_s = cycle_s(settings, (timing.settings.min_cycle_s, timing.settings.max_cycle_s));
     let durations = durations(&greens, timing, settings, cycle_s.saturating_sub(lost_s));
     let mut program = Vec::new();
     for ((green, duration_s), change) in greens.iter().zip(durations).zip(changes) {

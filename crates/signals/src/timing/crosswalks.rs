@@ -39,11 +39,6 @@ impl Timing {
         self.closed = (0..self.approaches.len()).map(|approach| !serves(approach)).collect();
     }
 
-    /// Whether pedestrians may use the crosswalk of an approach.
-    pub fn is_open(&self, approach: usize) -> bool {
-        !self.closed[approach]
-    }
-
     /// Whether every green beside a crosswalk lasts until pedestrians have crossed.
     pub fn recalls_pedestrians(&self) -> bool {
         self.settings.pedestrian_calls_per_h.is_none()
@@ -64,7 +59,7 @@ impl Timing {
         // Right turns alone stay green while a street changes.
         let mut green = self.moving(shown, is_green);
         let moves = |letter| is_green(letter) || matches!(letter, 'y' | 'Y' | 'u');
-        self.is_open(approach)
+        !self.closed[approach]
             && green.any(|(way, _)| way.turn != Turn::Right)
             && !self.is_met(self.moving(shown, moves), approach)
             && !self.is_left_only(shown)
@@ -206,16 +201,6 @@ pub enum Walk {
     GoesOn,
 }
 
-/// Phases in a row with one walk.
-struct Row {
-    /// The phase with which it begins.
-    begin: usize,
-    /// The phases after that one, to the last green.
-    rest: Vec<usize>,
-    /// Time from its begin until somebody who is in the way gets green, seconds.
-    room_s: f64,
-}
-
 impl Timing {
     /// Returns what each phase of a program is to a crosswalk.
     ///
@@ -225,11 +210,11 @@ impl Timing {
     pub fn walks(&self, phases: &[(&str, f64)], crossing: usize) -> Vec<Walk> {
         let mut walks = vec![Walk::No; phases.len()];
         let rows = self.rows(phases, crossing);
-        let longest_s = rows.iter().map(|row| row.room_s).fold(0.0, f64::max);
+        let longest_s = rows.iter().map(|row| row.1).fold(0.0, f64::max);
         let least_s = f64::from(self.crossing_s(crossing)).min(longest_s);
-        for row in rows.iter().filter(|row| row.room_s >= least_s) {
-            walks[row.begin] = Walk::Begins;
-            row.rest.iter().for_each(|phase| walks[*phase] = Walk::GoesOn);
+        for (row, _) in rows.iter().filter(|(_, room_s)| *room_s >= least_s) {
+            row.iter().for_each(|phase| walks[*phase] = Walk::GoesOn);
+            walks[row[0]] = Walk::Begins;
         }
         walks
     }
@@ -246,15 +231,16 @@ impl Timing {
         for crossing in 0..strict.crossings() {
             let takes_s = strict.crossing_s(crossing);
             let rows = strict.rows(phases, crossing);
-            for row in rows.iter().filter(|row| row.room_s >= f64::from(takes_s)) {
-                longest[row.begin] = longest[row.begin].max(Some(takes_s));
+            for (row, _) in rows.iter().filter(|(_, room_s)| *room_s >= f64::from(takes_s)) {
+                longest[row[0]] = longest[row[0]].max(Some(takes_s));
             }
         }
         longest.into_iter().map(|takes_s| Some([WALK_S, takes_s? - WALK_S])).collect()
     }
 
-    /// Returns the rows of phases that serve a crosswalk. Where every green serves it, each is a row.
-    fn rows(&self, phases: &[(&str, f64)], crossing: usize) -> Vec<Row> {
+    /// Returns the phases in a row with one walk, to the last green, and the time from the first of them until somebody who is in
+    /// the way gets green, seconds. Where every green serves the crosswalk, each is a row.
+    fn rows(&self, phases: &[(&str, f64)], crossing: usize) -> Vec<(Vec<usize>, f64)> {
         // Red from which vehicles may turn is red.
         let plain: Vec<(String, f64)> =
             phases.iter().map(|(state, s)| (state.replace('s', "r"), *s)).collect();
@@ -270,21 +256,13 @@ impl Timing {
             let length = if all { 1 } else { (first..).take_while(|p| served(*p)).count() };
             let (begin, last) = (greens[first], greens[(first + length - 1) % count]);
             let steps = (last + phases.len() - begin) % phases.len();
-            Row {
-                begin,
-                rest: (1..=steps).map(|step| (begin + step) % phases.len()).collect(),
-                room_s: self.room_s(phases, begin, crossing),
-            }
+            let shown = (0..phases.len()).map(|step| (begin + step) % phases.len());
+            let is_free =
+                |phase: &usize| !self.is_met(self.moving(phases[*phase].0, is_green), crossing);
+            let room_s = shown.clone().take_while(is_free).map(|phase| phases[phase].1).sum();
+            (shown.take(steps + 1).collect(), room_s)
         };
         (0..count).filter(begins).map(row).collect()
-    }
-
-    /// Returns the time from the begin of a phase until somebody who is in the way of a crosswalk gets green, seconds.
-    fn room_s(&self, phases: &[(&str, f64)], begin: usize, crossing: usize) -> f64 {
-        let cycle = (begin..begin + phases.len()).map(|phase| phases[phase % phases.len()]);
-        let free =
-            cycle.take_while(|(state, _)| !self.is_met(self.moving(state, is_green), crossing));
-        free.map(|(_, seconds)| seconds).sum()
     }
 }
 
@@ -376,7 +354,7 @@ mod tests {
         let nema = "rrrrGG";
         assert!(timing.serves_crossing("rrGGrr", 0) && timing.serves_crossing(nema, 1));
         timing.close_crosswalks_without(&program);
-        assert_eq!([0, 1, 2].map(|a| timing.is_open(a)), [false, true, true]);
+        assert_eq!([0, 1, 2].map(|a| !timing.closed[a]), [false, true, true]);
         assert!(!timing.serves_crossing("rrGGrr", 0) && timing.serves_crossing(nema, 1));
         let count = timing.needs(&["GgrrGG", "rrGGrr"]);
         assert_eq!(count.iter().filter(|need| need.crossing.is_some()).count(), 2);

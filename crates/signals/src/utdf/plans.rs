@@ -12,9 +12,8 @@ use std::collections::BTreeMap;
 use osm_signals::Turn;
 use sheet::Fault;
 
-use super::Utdf;
 use super::streets::{HALF_WALK, Stop};
-use super::tables::Cell;
+use super::{Cell, Utdf};
 use crate::existing::table::{EXTENSION_S, SHORT_GREEN_S};
 use crate::existing::{Control, ExistingPlan, PlanPhase, Recall};
 use crate::family::doubts::Said;
@@ -43,11 +42,11 @@ impl Utdf {
         names: &Names,
         said: &mut Said,
     ) -> Result<Option<ExistingPlan>, Stop> {
-        let record = |name: &str| self.tables.phases.row(name, id);
+        let record = |name: &str| self.phases.row(name, id);
         if record("brp").is_empty() {
             return Ok(None);
         }
-        let data = |name: &str| self.tables.timeplans.number(name, id, "DATA");
+        let data = |name: &str| self.timeplans.number(name, id, "DATA");
         let control = match data("control type")? {
             Some(0.0) => Control::Pretimed,
             None | Some(1.0 | 2.0) => Control::Actuated,
@@ -90,7 +89,7 @@ impl Utdf {
         brp: &Cell,
         said: &mut Said,
     ) -> Result<Option<PlanPhase>, Stop> {
-        let value = |name: &str| self.tables.phases.number(name, id, column);
+        let value = |name: &str| self.phases.number(name, id, column);
         let Some(max_green_s) = value("maxgreen")? else { return Ok(None) };
         let digits: Option<Vec<u32>> = brp.text.chars().map(|c| c.to_digit(10)).collect();
         let number = column.strip_prefix('D').and_then(|text| text.parse().ok());
@@ -120,7 +119,7 @@ impl Utdf {
             }
         };
         let or_network = |name: &str, of_network: &str, otherwise: f64| {
-            let otherwise = || self.tables.network.get(of_network).copied().unwrap_or(otherwise);
+            let otherwise = || self.network.get(of_network).copied().unwrap_or(otherwise);
             Ok::<_, Fault>(value(name)?.unwrap_or_else(otherwise))
         };
         let flag = |name: &str| Ok::<_, Fault>(value(name)?.is_some_and(|flag| flag != 0.0));
@@ -149,7 +148,7 @@ impl Utdf {
         let kinds = OF_LANES.iter().flat_map(|kind| (1..=MOST_OF_MOVEMENT).map(move |n| (kind, n)));
         for ((kind, yields), n) in kinds {
             let record = &format!("{kind}{n}");
-            for (column, cell) in self.tables.lanes.row(record, id) {
+            for (column, cell) in self.lanes.row(record, id) {
                 if column == PEOPLE {
                     of_people.push(cell.number(record)?);
                 }

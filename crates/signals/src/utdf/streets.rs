@@ -19,9 +19,9 @@ use osm_signals::intersections::MAX_LANES;
 use osm_signals::turn::exits_on;
 use sheet::Fault;
 
-use super::Utdf;
 use super::plans::Names;
-use super::tables::{Cell, Node, START};
+use super::{Cell, Node, START, Utdf};
+
 use crate::existing::{NamedPlan, Plans};
 use crate::family::approaches::{
     self, Approach, Arrivals, Counted, Intersection, MOST_EXITS, MOST_PEDESTRIANS_PER_H, MOST_VPH,
@@ -132,7 +132,7 @@ impl Utdf {
 
     fn converted(&self) -> Result<Converted, Fault> {
         let (mut said, mut why_not) = (Said::default(), Vec::new());
-        let signals: Vec<&Node> = self.tables.nodes.iter().filter(|n| self.is_signal(n)).collect();
+        let signals: Vec<&Node> = self.nodes.iter().filter(|n| self.is_signal(n)).collect();
         let mut plans = Plans { file: self.file.clone(), is_utdf: true, ..Plans::default() };
         let mut intersections = Vec::new();
         for node in &signals {
@@ -153,7 +153,7 @@ impl Utdf {
                 Err(Stop::LeftOut(why)) => said.say(NO_PLAN, format!("node {}: {why}", node.id)),
             }
         }
-        let nodes = self.tables.nodes.len();
+        let nodes = self.nodes.len();
         if intersections.is_empty() {
             let none = format!("none of the {nodes} nodes is a signal that can be simulated");
             let few = std::iter::once(none).chain(why_not.into_iter().take(3));
@@ -170,7 +170,7 @@ impl Utdf {
             signals.len(),
         )];
         let left_out = Doubt::of("signals that cannot be simulated are left out", why_not);
-        let no_units = (!self.tables.network.contains_key("metric")).then(|| {
+        let no_units = (!self.network.contains_key("metric")).then(|| {
             let about = "no Metric in [Network]: lengths are read as feet and speeds as mph; Metric,1 says metres and km/h";
             Doubt { about: about.to_owned(), rows: vec![self.file.clone()] }
         });
@@ -180,25 +180,25 @@ impl Utdf {
 
     /// Whether a node is a signal: its type says so, or it has timing.
     fn is_signal(&self, node: &Node) -> bool {
-        let is_timed = || self.tables.phases.0.values().any(|of| of.contains_key(&node.id));
+        let is_timed = || self.phases.0.values().any(|of| of.contains_key(&node.id));
         node.kind.map_or_else(is_timed, |kind| kind == 0)
     }
 
     fn node(&self, id: &str) -> Option<&Node> {
-        self.tables.nodes.iter().find(|node| node.id == id)
+        self.nodes.iter().find(|node| node.id == id)
     }
 
     /// Returns a signal, and the movements that its columns are.
     fn signal(&self, node: &Node, said: &mut Said) -> Result<(Intersection, Names), Stop> {
         let id = node.id.as_str();
         let up: Vec<(Heading, &Cell)> = (Heading::ALL.into_iter())
-            .filter_map(|h| Some((h, self.tables.links.cell("up id", id, h.name())?)))
+            .filter_map(|h| Some((h, self.links.cell("up id", id, h.name())?)))
             .collect();
         let movements = self.movements(id, said)?;
         if up.len() < MIN_LINKS || movements.is_empty() {
             return Err(format!("node {id} has fewer than three links, or no lanes").into());
         }
-        let first = self.tables.timeplans.cell("node 1", id, "DATA").filter(|c| c.text != "0");
+        let first = self.timeplans.cell("node 1", id, "DATA").filter(|c| c.text != "0");
         if let Some(Cell { text, .. }) = first {
             let about = "nodes of one controller are simulated apart";
             said.say(about, format!("node {id} with {text}"));
@@ -225,7 +225,7 @@ impl Utdf {
                 ids: up.iter().map(|(_, cell)| cell.text.as_str()).collect(),
                 exits: exits_on(self.side, bearings[i], others.map(|j| (j, bearings[j]))),
             };
-            let street = self.tables.links.cell("name", id, heading.name());
+            let street = self.links.cell("name", id, heading.name());
             let words = street.map_or("", |cell| cell.text.as_str()).split_whitespace();
             let (length_m, speed_mph) = self.length_and_speed(id, *heading, said)?;
             let at = format!("node {id}, {heading}");
@@ -275,7 +275,13 @@ impl Utdf {
                  {MOST_VPH} are simulated"
             ).into());
         }
-        check_rows(&intersection)?;
+        if intersection.arms.iter().all(|arm| arm.lanes_in == 0) {
+            return Err(format!("node {id} has no incoming lane").into());
+        }
+        for arm in &intersection.arms {
+            approaches::check(arm).map_err(|why| format!("node {id}, {}: {why}", arm.arm))?;
+        }
+        check_arms(&intersection)?;
         Ok((intersection, names))
     }
 
@@ -300,7 +306,7 @@ impl Utdf {
         said: &mut Said,
     ) -> Result<(f64, f64), Fault> {
         let of = |record: &str, id: &str, heading: Heading| {
-            self.tables.links.number(record, id, heading.name())
+            self.links.number(record, id, heading.name())
         };
         let at = format!("node {id}, {heading}");
         let [unit_m, unit_mph] = self.units();
@@ -332,7 +338,7 @@ impl Utdf {
             said.say(about, format!("{at}: {length_m:.0} m"));
         }
         if speed_mph > MOST_MPH || length_m > MOST_LENGTH_M {
-            let own = self.tables.links.cell("speed", id, heading.name());
+            let own = self.links.cell("speed", id, heading.name());
             let message = format!(
                 "{at}: {speed_mph:.0} mph over {length_m:.0} m: expected at most {MOST_MPH} mph and {MOST_LENGTH_M} m"
             );
@@ -343,25 +349,25 @@ impl Utdf {
 
     /// Returns the node from which a link comes.
     fn up(&self, id: &str, heading: Heading) -> Option<&str> {
-        self.tables.links.cell("up id", id, heading.name()).map(|cell| cell.text.as_str())
+        self.links.cell("up id", id, heading.name()).map(|cell| cell.text.as_str())
     }
 
     /// Returns how many metres and miles per hour the units of the file are.
     fn units(&self) -> [f64; 2] {
-        let is_metric = self.tables.network.get("metric") == Some(&1.0);
+        let is_metric = self.network.get("metric") == Some(&1.0);
         if is_metric { [1.0, KMH_TO_MPH] } else { [FOOT_M, 1.0] }
     }
 
     /// Returns the lanes from a signal to another node.
     fn lanes_out(&self, id: &str, other: &str, movements: &[Movement<'_>]) -> Result<u32, Fault> {
-        let lanes = self.tables.links.row("lanes", other);
+        let lanes = self.links.row("lanes", other);
         let back = Heading::ALL.into_iter().find(|h| self.up(other, *h) == Some(id));
         if let Some(back) = back.filter(|_| !lanes.is_empty()) {
             return whole(lanes.get(back.name()), "lanes");
         }
         let (mut exits, mut widest) = (0, 0);
         for m in movements.iter().filter(|m| m.to == Some(other)) {
-            let own = self.tables.lanes.cell("exit lanes", id, m.column);
+            let own = self.lanes.cell("exit lanes", id, m.column);
             exits = whole(own, "exit lanes")?.max(exits);
             widest = m.lanes.max(widest).max(1);
         }
@@ -371,13 +377,13 @@ impl Utdf {
     /// Returns the movements of an intersection, and says what is doubtful of their volumes.
     fn movements(&self, id: &str, said: &mut Said) -> Result<Vec<Movement<'_>>, Fault> {
         let [unit_m, _] = self.units();
-        let default = |name: &str| self.tables.network.get(name).copied();
-        let named = ["lanes", "volume", "dest node"].map(|name| self.tables.lanes.row(name, id));
+        let default = |name: &str| self.network.get(name).copied();
+        let named = ["lanes", "volume", "dest node"].map(|name| self.lanes.row(name, id));
         let columns: BTreeSet<&String> = named.iter().flat_map(|cells| cells.keys()).collect();
         let mut movements = Vec::new();
         for column in columns {
             let Some((heading, turn)) = Heading::of_movement(column, self.side) else { continue };
-            let cell = |name: &str| self.tables.lanes.cell(name, id, column);
+            let cell = |name: &str| self.lanes.cell(name, id, column);
             let range = |name: &str, low: f64, high: f64| {
                 let Some(cell) = cell(name) else { return Ok(None) };
                 let value = cell.number(name)?;
@@ -488,18 +494,6 @@ impl Movement<'_> {
 /// Returns the vehicles per hour of the arms of an intersection that were counted.
 fn volumes(intersection: &Intersection) -> impl Iterator<Item = f64> {
     intersection.arms.iter().filter_map(|arm| arm.counted).map(|counted| counted.total_vph())
-}
-
-/// Checks that the table of approaches may have the arms of an intersection.
-fn check_rows(intersection: &Intersection) -> Result<(), String> {
-    let Intersection { id, arms, .. } = intersection;
-    if arms.iter().all(|arm| arm.lanes_in == 0) {
-        return Err(format!("node {id} has no incoming lane"));
-    }
-    for arm in arms {
-        approaches::check(arm).map_err(|why| format!("node {id}, {}: {why}", arm.arm))?;
-    }
-    check_arms(intersection)
 }
 
 /// Returns two directions that are nearly the same.

@@ -73,18 +73,6 @@ fn metric_networks_have_metres_and_km_h() {
 }
 
 #[test]
-fn traffic_keeps_to_the_side_that_the_scenario_says() {
-    let text = TWO.replace("RECORDNAME,INTID,NBL,", "RECORDNAME,INTID,NBU,");
-    // A U-turn goes across opposing traffic: this one leads to the left, and its name says right in left-hand traffic.
-    for (settings, is_renamed) in [("", false), ("network.driving_side=left", true)] {
-        let settings: Vec<_> = settings.parse::<Override>().into_iter().collect();
-        let (uncounted, converted) = read(&text).scenario(&settings).unwrap();
-        assert_eq!(said(&converted).contains("node 1 NBU is left"), is_renamed);
-        assert_eq!(uncounted.scenario.network.driving_side == DrivingSide::Left, is_renamed);
-    }
-}
-
-#[test]
 fn what_is_assumed_or_lost_is_said() {
     let text = TWO
         .replace("Speed,1,30,30,40,40\n", "Speed,1,,30,40,40\n")
@@ -164,50 +152,6 @@ fn wrong_values_and_signals_with_nothing_to_decide_are_named() {
     assert!(said.contains("left out (node 2 has fewer than three links, or no lanes)"), "{said}");
 }
 
-#[test]
-fn a_signal_that_cannot_be_a_row_is_left_out_and_the_others_stay() {
-    let left_out = |text: &str| {
-        let converted = read(text).intersections().unwrap();
-        assert_eq!(converted.intersections.len(), 1, "the other signal stays");
-        assert!(converted.found[0].starts_with("UTDF: 1 of 2 signals, 1 with volumes"));
-        said(&converted)
-    };
-    let no_lanes = left_out(&TWO.replace("Lanes,2,1,,1,,,,,2,0,1,2,,,\n", ""));
-    assert!(no_lanes.contains("left out (node 2 has no incoming lane)"), "{no_lanes}");
-    let dead = TWO
-        .replace("Lanes,1,1,2,0,1,2,0,1,2,1,1,2,0", "Lanes,1,1,2,0,1,2,0,,,,1,2,0")
-        .replace("Lanes,13,,,,2", "Lanes,13,,,,0");
-    let dead = left_out(&dead);
-    assert!(
-        dead.contains("node 1, EB Main St: lanes_in = 0 and lanes_out = 0: expected at least"),
-        "{dead}"
-    );
-}
-
-#[test]
-fn a_phase_for_pedestrians_alone_is_the_one_of_the_column_ped() {
-    let mut ninth =
-        TWO.replace("D7,D8", "D7,D8,D9").replace("Cycle Length,1,100", "Cycle Length,1,124");
-    for (row, cell) in [
-        ("BRP,1,111,112,211,212,121,122,221,222", "311"),
-        ("MaxGreen,1,12,34,10,24.5,14,32,10,24.5", "20"),
-        ("Yellow,1,3.5,4.3,3.5,3.6,3.5,4.3,3.5,3.6", "3.5"),
-        ("AllRed,1,1,1.2,1,1.4,1,1.2,1,1.4", "0.5"),
-        ("\nWalk,1,,7,,7,,7,,7", "7"),
-        ("DontWalk,1,,14,,17,,14,,17", "13"),
-    ] {
-        ninth = ninth.replace(row, &format!("{row},{cell}"));
-    }
-    let walk = |text: &str| {
-        let all = plans(text);
-        all[0].plan.phases.iter().find(|p| p.number == 9).unwrap().walk_s
-    };
-    assert_eq!(walk(&ninth), None, "of another node of the controller");
-    let row = "Phase1,1,3,8,,7,4,,5,2,,1,6,,";
-    let of_people = ninth.replacen(&format!("\n{row},"), &format!("\n{row}9,"), 1);
-    assert_eq!(walk(&of_people), Some([7.0, 13.0]));
-}
-
 fn plans(text: &str) -> Vec<NamedPlan> {
     read(text).intersections().unwrap().plans.all
 }
@@ -268,16 +212,4 @@ fn a_plan_that_cannot_be_is_left_out_with_the_reason() {
     );
     let e = refused(&TWO.replace("MinGreen,1,5", "MinGreen,1,five"));
     assert!(e.contains("mingreen = \"five\": expected a number"), "{e}");
-}
-
-#[test]
-fn without_time_plans_a_plan_is_actuated_and_without_phases_there_is_none() {
-    let (before, rest) = TWO.split_once("[Timeplans]").unwrap();
-    let phases = rest.split_once("[Phases]").unwrap().1;
-    let plans = plans(&format!("{before}[Phases]{phases}"));
-    assert_eq!(
-        (plans.len(), plans[0].plan.control, plans[0].plan.cycle_s),
-        (2, Control::Actuated, None)
-    );
-    assert_eq!(read(before).intersections().unwrap().plans.all, []);
 }

@@ -153,7 +153,7 @@ fn phases(text: &mut String, node: u32, plan: &ExistingPlan, most: u32) {
 mod tests {
     use super::super::Utdf;
     use super::*;
-    use crate::existing::testing::plan;
+    use crate::existing::testing::{phase, plan};
 
     const TWO: &str = include_str!("../../tests/utdf/two-signals.csv");
 
@@ -185,16 +185,19 @@ mod tests {
 
     #[test]
     fn rows_are_those_of_synchro() {
-        let text = to_utdf(&[(7, plan(Control::Coordinated))]).unwrap();
+        let mut plan = plan(Control::Coordinated);
+        plan.phases.push(phase(9, [1, 1, 3], ""));
+        (plan.phases[6].walk_s, plan.cycle_s) = (Some([7.0, 13.0]), Some(86.0));
+        let text = to_utdf(&[(7, plan)]).unwrap();
         for line in [
-            "Phase1,7,5,2,2,1,6,6,,4,4,,8,8,,,,,,,,,,,,,",
+            "Phase1,7,5,2,2,1,6,6,,4,4,,8,8,,,,,,,,,,,,,9",
             "PermPhase1,7,,,,,,,4,,,8,,,,,,,,,,,,,,,",
             "Control Type,7,3",
-            "Cycle Length,7,61.5",
+            "Cycle Length,7,86",
             "Reference Phase,7,206",
-            "BRP,7,111,112,,211,121,122,,221",
-            "MaxGreen,7,8,20,,20,8,20,,20",
-            "Yellow,7,3.5,3.5,,3.5,3.5,3.5,,3.5",
+            "BRP,7,111,112,,211,121,122,,221,113",
+            "MaxGreen,7,8,20,,20,8,20,,20,20",
+            "Yellow,7,3.5,3.5,,3.5,3.5,3.5,,3.5,3.5",
         ] {
             assert!(text.lines().any(|l| l == line), "{line}\n{text}");
         }

@@ -45,15 +45,6 @@ fn a_street_is_followed_in_both_directions() {
 }
 
 #[test]
-fn a_street_that_leads_round_ends_before_it_comes_back() {
-    let mut signals = street();
-    let back = Onward { movement: 0, signal: 0, lane: 0, travel_s: 9.0, distance_m: 90.0 };
-    signals[2].onward.push(back);
-    let lengths: Vec<usize> = streets(&signals).iter().map(Vec::len).collect();
-    assert_eq!(lengths, [3, 3]);
-}
-
-#[test]
 fn offsets_along_a_street_are_its_travel_times_whatever_phase_comes_first() {
     let signals = street();
     let streets = streets(&signals);
@@ -77,13 +68,6 @@ fn offsets_along_a_street_are_its_travel_times_whatever_phase_comes_first() {
     // The street's green of the second signal begins 30 s after its first one.
     assert_eq!(offsets(0), [0, 50, 50]);
     assert_eq!(offsets(1), [50, 0, 0]);
-}
-
-#[test]
-fn signals_that_lead_to_no_other_have_nothing_to_coordinate() {
-    let mut alone = create(&Config::default(), &Setup::default());
-    let e = alone.begin(&[two_phase_signal()]).unwrap_err().to_string();
-    assert!(e.contains("nothing to coordinate; run nema"), "{e}");
 }
 
 /// A street where delay is the distance from a cycle of 35 s.

@@ -97,10 +97,10 @@ pub(super) fn coordinate(
 
 /// Returns which stages serve a phase, in a row around the cycle; none if it is never called.
 fn served(stages: &RingStages, phase: &Phase, plan: &Plan, links: &Links) -> Option<Vec<bool>> {
-    let is_left = |link: &usize| links.turn(*link) == Some(Turn::Left);
-    let needs_arrow = !phase.enters && phase.links.iter().all(is_left);
+    let needs_arrow =
+        !phase.enters && phase.links.ones().all(|link| links.turn(link) == Some(Turn::Left));
     let serves = |green: &ProgramPhase| {
-        phase.links.iter().all(|link| match green.state.as_bytes().get(*link) {
+        phase.links.ones().all(|link| match green.state.as_bytes().get(link) {
             Some(b'G') => true,
             Some(b'g') => !needs_arrow,
             _ => false,
@@ -109,16 +109,14 @@ fn served(stages: &RingStages, phase: &Phase, plan: &Plan, links: &Links) -> Opt
     let served: Vec<bool> = stages.greens.iter().map(serves).collect();
     let last = served.iter().cycle().skip(served.len() - 1);
     let rows = last.zip(&served).filter(|(before, own)| **own && !**before).count();
-    let also = |other: &Phase| {
-        other.number != phase.number && phase.links.iter().all(|l| other.links.contains(l))
-    };
+    let also = |other: &Phase| other.number != phase.number && phase.links.is_subset(&other.links);
     let is_never_called = || !served.contains(&true) && plan.phases.iter().any(also);
     (rows == 1 || is_never_called()).then_some(served)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::rings::Rings;
+    use super::super::DualRing;
     use super::super::testing::{GREENS, cross, greens, seen, settings, tee, timing};
     use super::*;
     use crate::control::dual_ring::{Config, Recall};
@@ -166,23 +164,7 @@ mod tests {
         assert_eq!(splits, [34, 34, 12, 12, 24, 24, 10, 10].map(Some));
         // The street's green is over 30 s after the offset; the episode begins 40 s of 80 before the next time.
         assert_eq!((cycle.yields_s, cycle.begins_s), (Some(40), 40));
-        let held: Vec<u32> = plan
-            .phases
-            .iter()
-            .filter(|p| by_number(&plan, &cycle.holds, p.number))
-            .map(|p| p.number)
-            .collect();
-        assert_eq!(held, [2, 6]);
-    }
-
-    #[test]
-    fn left_turns_lead_where_the_stages_do_and_the_side_street_may_be_the_coordinated_one() {
-        let leading = [LAGGING[1], LAGGING[0], LAGGING[3], LAGGING[2]];
-        let plan = coordinated(&cross(), &leading, 3).unwrap();
-        assert_eq!(order(&plan), [[vec![3, 4], vec![7, 8]], [vec![1, 2], vec![5, 6]]]);
-        let cycle = plan.coordination.as_ref().unwrap();
-        let ends = [4, 1, 2, 3].map(|n| by_number(&plan, &cycle.ends_s, n));
-        assert_eq!(ends, [0, 12, 46, 56]);
+        assert_eq!([2, 6, 1].map(|n| by_number(&plan, &cycle.holds, n)), [true, true, false]);
     }
 
     #[test]
@@ -191,9 +173,9 @@ mod tests {
         let cycle = plan.coordination.as_ref().unwrap();
         assert_eq!([1, 2].map(|n| by_number(&plan, &cycle.splits_s, n)), [None, Some(44)]);
         let links = cross();
-        let mut rings = Rings::new(links.clone(), plan, timing(&links, &settings()));
+        let mut rings = DualRing::of(links.clone(), plan, timing(&links, &settings()));
         for _ in 0..400 {
-            rings.second(&seen(&rings, &|_| true));
+            rings.step(&seen(&rings, &|_| true));
             assert!(!rings.shown.starts_with("rrG"), "{}", rings.shown);
         }
     }
@@ -237,7 +219,7 @@ mod tests {
     fn coordinated_phases_end_at_their_yield_point_and_others_by_a_gap_or_their_force_off() {
         let links = cross();
         let plan = coordinated(&links, &LAGGING, 0).unwrap();
-        let mut rings = Rings::new(links.clone(), plan, timing(&links, &settings()));
+        let mut rings = DualRing::of(links.clone(), plan, timing(&links, &settings()));
         // The side street always has vehicles, its left turns none; those of the main street come late.
         let on = |number: u32, second: u32| match number {
             4 | 8 => second < 200,

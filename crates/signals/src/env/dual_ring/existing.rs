@@ -15,7 +15,10 @@ use osm_signals::Turn;
 use super::links::Links;
 use super::plan::{Coordination, Detector, Phase, Plan};
 use crate::control::dual_ring::Config;
-use crate::existing::{Control, ExistingPlan, Recall, Timed, nearest_s, schedule, whole_change};
+use crate::existing::{
+    Control, ExistingPlan, PlanPhase, Recall, Timed, nearest_s, schedule, whole_change,
+};
+use crate::junction::Set;
 use crate::sim::topology::edge;
 use crate::sim::{ProgramPhase, Scene, SignalInfo};
 use crate::timing::{Timing, WALK_S};
@@ -26,14 +29,15 @@ struct Wired<'a> {
     /// The links, of which the plan is the witness.
     links: Links,
     /// Per phase its links with the right of way.
-    protected: Vec<Vec<usize>>,
+    protected: Vec<Set>,
     /// Per phase its links that yield.
-    yielding: Vec<Vec<usize>>,
+    yielding: Vec<Set>,
 }
 
 impl<'a> Wired<'a> {
     fn new(plan: &'a ExistingPlan, scene: &Scene, signal: &SignalInfo) -> Result<Self, String> {
-        let of = |names: &[String]| -> Vec<usize> {
+        let links = Links::new(scene, signal, Vec::new());
+        let of = |names: &[String]| {
             let ways = || names.iter().filter_map(|name| plan.ways.get(name)).flatten();
             let is = |link: &usize| {
                 signal.links[*link].iter().any(|l| {
@@ -41,17 +45,15 @@ impl<'a> Wired<'a> {
                     ways().any(|way| (way.0.as_str(), way.1.as_str()) == (from, edge(&l.to_lane)))
                 })
             };
-            (0..signal.links.len()).filter(is).collect()
+            links.set((0..signal.links.len()).filter(is))
         };
-        let protected: Vec<Vec<usize>> = plan.phases.iter().map(|p| of(&p.movements)).collect();
-        let yielding: Vec<Vec<usize>> = (plan.phases.iter().zip(&protected))
-            .map(|(p, own)| of(&p.yielding).into_iter().filter(|l| !own.contains(l)).collect())
-            .collect();
-        let links = Links::new(scene, signal, Vec::new());
+        let protected: Vec<Set> = plan.phases.iter().map(|p| of(&p.movements)).collect();
+        let yields = |(p, own): (&PlanPhase, &Set)| links.set(of(&p.yielding).difference(own));
+        let yielding = plan.phases.iter().zip(&protected).map(yields).collect();
         let mut wired = Self { plan, links, protected, yielding };
         let is_left_out = |link: &usize| {
             let mut phases = wired.protected.iter().chain(&wired.yielding);
-            wired.links.cars[*link].is_some() && !phases.any(|links| links.contains(link))
+            wired.links.cars[*link].is_some() && !phases.any(|links| links.contains(*link))
         };
         if let Some(link) = (0..wired.links.count()).find(is_left_out) {
             let lane = signal.links[link].first().map_or("", |l| &scene.lanes[l.from_lane].id);
@@ -69,7 +71,7 @@ impl<'a> Wired<'a> {
 
     /// Returns what is shown while some phases are green.
     fn state(&self, phases: &[usize], meet: &dyn Fn(usize, usize) -> bool) -> String {
-        let has = |of: &[Vec<usize>], link: usize| phases.iter().any(|p| of[*p].contains(&link));
+        let has = |of: &[Set], link: usize| phases.iter().any(|p| of[*p].contains(link));
         let approach = |link: usize| self.links.cars[link].as_ref().map(|car| car.approach);
         let is_right = |link: usize| self.links.turn(link) == Some(Turn::Right);
         let letter = |link: usize| {
@@ -112,7 +114,7 @@ impl<'a> Wired<'a> {
         let min_s = nearest_s(phase.min_green_s).max(1).max(walk_s);
         let links = self.all(index);
         // Where everybody crosses in every cycle, nobody pushes a button for a phase of pedestrians alone.
-        let is_for_people = links.is_empty() && !crossings.is_empty();
+        let is_for_people = links.is_clear() && !crossings.is_empty();
         let is_recalled = phase.recall != Recall::None || is_for_people && in_every_cycle;
         Phase {
             number: phase.number,
@@ -135,25 +137,23 @@ impl<'a> Wired<'a> {
         self.plan.control == Control::Coordinated && self.plan.coordinated().contains(&index)
     }
 
-    /// Returns all links of a phase, ascending.
-    fn all(&self, index: usize) -> Vec<usize> {
-        let mut links = [&self.protected[index][..], &self.yielding[index]].concat();
-        links.sort_unstable();
-        links
+    /// Returns all links of a phase.
+    fn all(&self, index: usize) -> Set {
+        &self.protected[index] | &self.yielding[index]
     }
 
     /// Returns the crosswalks of a phase with the time that they take, seconds: each belongs to the phase with most links
     /// of those that have a walk and serve it.
     fn crossings(&self, index: usize, timing: &Timing) -> Vec<(usize, u32)> {
         let Some(walk_s) = self.plan.phases[index].walk_s.map(whole_s) else { return Vec::new() };
-        let state = |phase: usize| self.links.plain(&self.links.set(self.all(phase)));
+        let state = |phase: usize| self.links.plain(&self.all(phase));
         let owner = |crossing: usize| {
             let serves = |p: &usize| {
-                let is_for_people = self.all(*p).is_empty() && timing.is_open(crossing);
+                let is_for_people = self.all(*p).is_clear() && !timing.closed[crossing];
                 let is_beside = || timing.serves_crossing(&state(*p), crossing);
                 self.plan.phases[*p].walk_s.is_some() && (is_for_people || is_beside())
             };
-            let size = |p: &usize| self.all(*p).len();
+            let size = |p: &usize| self.all(*p).count_ones(..);
             (0..self.plan.phases.len()).filter(serves).rev().max_by_key(size)
         };
         (0..timing.crossings())
@@ -167,10 +167,10 @@ impl<'a> Wired<'a> {
         let own = self.all(index);
         let detector = |lane: usize| {
             let of_lane = links.on_lane(lane);
-            let has = |of: &Vec<usize>| of_lane.iter().any(|l| of.contains(l));
+            let has = |of: &Set| of_lane.iter().any(|l| of.contains(*l));
             // A lane for several movements would hold a phase that serves its right turns alone.
-            let goes_on = |of: &Vec<usize>| {
-                of_lane.iter().any(|l| of.contains(l) && links.turn(*l) != Some(Turn::Right))
+            let goes_on = |of: &Set| {
+                of_lane.iter().any(|l| of.contains(*l) && links.turn(*l) != Some(Turn::Right))
             };
             let is_of_others = !has(&self.protected[index]) && self.protected.iter().any(has)
                 || !goes_on(&own) && self.protected.iter().any(goes_on);
@@ -179,7 +179,7 @@ impl<'a> Wired<'a> {
             let config = Config::default();
             (!is_of_others).then(|| Detector::new(links, lane, &config, true, served_by))
         };
-        links.lanes(own.iter().copied()).into_iter().filter_map(detector).collect()
+        links.lanes(own.ones()).into_iter().filter_map(detector).collect()
     }
 
     fn coordination(&self) -> Option<Coordination> {
@@ -239,16 +239,16 @@ impl<'a> Wired<'a> {
         let changing = || all().filter(|p| (timed[*p].green_s..lasts_s(*p)).contains(&since(*p)));
         let mut letters = self.state(&green, meet).into_bytes();
         for (link, letter) in letters.iter_mut().enumerate() {
-            let ending: Vec<usize> = changing().filter(|p| self.all(*p).contains(&link)).collect();
+            let ending: Vec<usize> = changing().filter(|p| self.all(*p).contains(link)).collect();
             if *letter != b'r' || ending.is_empty() {
                 continue;
             }
             // What is green in a phase and in the one after it in its ring stays green.
-            let stays = |p: &usize| next(*p).any(|n| self.all(n).contains(&link));
+            let stays = |p: &usize| next(*p).any(|n| self.all(n).contains(link));
             let yellow = |p: &usize| since(*p) < timed[*p].green_s + timed[*p].change.yellow_s;
             *letter = if ending.iter().any(stays) {
                 let protects = |p: &usize| {
-                    let own = |p: usize| self.protected[p].contains(&link);
+                    let own = |p: usize| self.protected[p].contains(link);
                     own(*p) && next(*p).any(own)
                 };
                 if ending.iter().any(protects) { b'G' } else { b'g' }
@@ -290,8 +290,8 @@ pub fn fixed_cycle(
 
 #[cfg(test)]
 mod tests {
-    use super::super::rings::{Rings, Seen};
     use super::super::testing::{self, On, RED, SIDE, SIDE_ENDS, expected, settings, timing};
+    use super::super::{DualRing, Seen};
     use super::*;
     use crate::env::testing::crossing;
     use crate::existing::testing::{phase, plan};
@@ -408,12 +408,12 @@ mod tests {
         assert_eq!(served(&plan), [(9, 4, true)]);
     }
 
-    fn rings(plan: &ExistingPlan) -> Rings {
+    fn rings(plan: &ExistingPlan) -> DualRing {
         let scene = scene();
         let wired = Wired::new(plan, &scene, &scene.signals[0]).unwrap();
         let timing = timing(&wired.links, &settings());
         let rings = wired.rings(&timing);
-        Rings::new(wired.links, rings, timing)
+        DualRing::of(wired.links, rings, timing)
     }
 
     fn play(plan: &ExistingPlan, vehicles: &[On], seconds: usize) -> Vec<(String, usize)> {
@@ -505,12 +505,6 @@ mod tests {
         assert_eq!(greens(&plan, &[5, 6, 8], &[4, 5, 6, 8], 107), all(5, 6, 8));
         plan.reference = vec![6];
         assert_eq!(greens(&plan, &[1, 2, 4], &[1, 2, 4, 8], 107), all(1, 2, 4));
-        // Its change is shorter, so that the plan has its green end 2 s after that of the coordinated one.
-        plan.reference = vec![2];
-        (plan.phases[4].yellow_s, plan.phases[4].all_red_s) = (3.0, 0.0);
-        plan.phases[4].max_green_s = 21.5;
-        let longer = [(6, 0, 21), (8, 24, 20), (5, 49, 8), (6, 62, 21), (8, 86, 20)];
-        assert_eq!(greens(&plan, &[5, 6, 8], &[4, 5, 6, 8], 107), longer);
     }
 
     #[test]
@@ -545,15 +539,6 @@ mod tests {
         let mut plan = placed(Control::Coordinated);
         (plan.phases[0].position, plan.phases[1].position) = (2, 1);
         plan
-    }
-
-    #[test]
-    fn a_phase_whose_split_goes_on_beyond_the_yield_point_is_served_in_every_cycle() {
-        let mut plan = lead_lag();
-        plan.reference = vec![2];
-        let ended = greens(&plan, &[2, 6], &[4, 5, 6, 8], 120);
-        // Phase 2 may end after 32 s, and waits for the longest green of phase 6.
-        assert_eq!(ended, [(2, 0, 20), (6, 0, 20), (2, 50, 33), (6, 63, 20)]);
     }
 
     #[test]
@@ -598,7 +583,7 @@ mod tests {
                     assert!(*waited_s <= 2 * cycle_s, "{second} s: phase {phase} of {plan:#?}");
                 }
                 let of = |s: &u32| Seen { calls: *s > 0, extends: *s > 0, walk_s: None };
-                rings.second(&waited_s.iter().map(of).collect::<Vec<_>>());
+                rings.step(&waited_s.iter().map(of).collect::<Vec<_>>());
             }
         }
     }
@@ -613,13 +598,5 @@ mod tests {
         // What began late ends at the end of its split: 25 s after 19 s.
         let shown = play(&plan, &[(4, 29..200)], 81);
         assert_eq!(shown[3], (SIDE.to_owned(), 44 - 35));
-    }
-
-    #[test]
-    fn a_signal_that_the_plan_does_not_serve_is_named() {
-        let (scene, mut plan) = (scene(), placed(Control::Pretimed));
-        plan.ways.remove("EBR");
-        let e = fixed_cycle(&plan, &scene, &scene.signals[0]).unwrap_err();
-        assert_eq!(e, "its existing plan has no phase for link 9, from lane in3_0");
     }
 }

@@ -28,6 +28,7 @@ use osm_signals::angle::turn_degrees;
 
 use super::links::Links;
 use crate::control::dual_ring::{Config, Recall};
+use crate::junction::Set;
 use crate::timing::{Change, Timing};
 
 /// Least share of an approach's links that are green where it is served.
@@ -36,10 +37,8 @@ const SERVED: f64 = 0.5;
 /// How traffic that comes from the right turns, seen by whoever it crosses, degrees.
 const TO_THE_LEFT_DEG: f64 = -90.0;
 
-/// A detector of a phase.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Detector {
-    /// Index in the scene of the lane.
     pub(super) lane: usize,
     /// How far from the stop line it begins, metres.
     pub(super) reach_m: f64,
@@ -63,16 +62,11 @@ impl Detector {
     }
 }
 
-/// A phase.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Phase {
-    /// Its number.
     pub(super) number: u32,
-    /// What it serves, in words.
     pub(super) serves: &'static str,
-    /// Its links.
-    pub(super) links: Vec<usize>,
-    /// Its detectors.
+    pub(super) links: Set,
     pub(super) detectors: Vec<Detector>,
     /// Its crosswalks, each with walk and clearance, seconds.
     pub(super) crossings: Vec<(usize, u32)>,
@@ -86,7 +80,6 @@ pub(super) struct Phase {
     pub(super) change: Change,
     /// Time without a vehicle after which its green may end, seconds.
     pub(super) passage_s: u32,
-    /// Whether it is served in every cycle.
     pub(super) recall: bool,
     /// Whether it lasts as if vehicles came all the time.
     pub(super) is_full: bool,
@@ -97,7 +90,6 @@ pub(super) struct Phase {
 /// A cycle that a plan keeps to. Times are counted from when the first of the coordinated phases may end.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Coordination {
-    /// The cycle, seconds.
     pub(super) cycle_s: u32,
     /// Per phase when its green ends at the latest, that of a coordinated one when it may end, seconds. One that is not
     /// coordinated and is green up to or across that moment ends in the next cycle: its time is at least `cycle_s`.
@@ -154,7 +146,6 @@ pub(super) type Side = [Vec<usize>; 2];
 /// The phases of a signal.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Plan {
-    /// The phases.
     pub(super) phases: Vec<Phase>,
     /// The sides, the main street first.
     pub(super) sides: Vec<Side>,
@@ -164,7 +155,6 @@ pub(super) struct Plan {
     pub(super) stages: bool,
     /// Whether it is an existing plan, whose phases have their own yellow and red.
     pub(super) is_existing: bool,
-    /// The cycle that it keeps to.
     pub(super) coordination: Option<Coordination>,
 }
 
@@ -184,11 +174,11 @@ impl Plan {
 
     /// Whether every link for cars has green and phases that may be green together fit.
     fn is_sound(&self, links: &Links) -> bool {
-        let set = |phase: &usize| links.set(self.phases[*phase].links.iter().copied());
-        let fits = |a: &usize, b: &usize| set(a).ones().all(|link| links.fits(link, &set(b)));
+        let of = |phase: &usize| &self.phases[*phase].links;
+        let fits = |a: &usize, b: &usize| of(a).ones().all(|link| links.fits(link, of(b)));
         let fit = |[first, second]: &Side| first.iter().all(|a| second.iter().all(|b| fits(a, b)));
         let has_green = |link: usize| {
-            self.phases.iter().any(|p| p.links.contains(&link))
+            self.phases.iter().any(|p| p.links.contains(link))
                 || self.sides.iter().any(|side| self.at_rest(side, links, link))
         };
         self.sides.iter().all(fit)
@@ -198,7 +188,7 @@ impl Plan {
     /// Whether a link is green while a side's last phases are.
     fn at_rest(&self, side: &Side, links: &Links, link: usize) -> bool {
         let last = side.iter().filter_map(|ring| ring.last());
-        let mut green = links.set(last.flat_map(|phase| self.phases[*phase].links.iter().copied()));
+        let mut green = links.set(last.flat_map(|phase| self.phases[*phase].links.ones()));
         for &link in &self.overlaps {
             if links.fits(link, &green) {
                 green.insert(link);
@@ -259,7 +249,8 @@ impl Builder<'_> {
             let approaches = others.flat_map(|s| s.approaches.iter().copied());
             approaches.min_by(|a, b| beside(a).total_cmp(&beside(b)))
         };
-        let open = |crossing: usize| self.timing.is_open(crossing).then(|| of(crossing)).flatten();
+        let open =
+            |crossing: usize| (!self.timing.closed[crossing]).then(|| of(crossing)).flatten();
         (0..self.timing.crossings()).map(open).collect()
     }
 
@@ -275,11 +266,12 @@ impl Builder<'_> {
         &self,
         number: u32,
         serves: &'static str,
-        links: Vec<usize>,
+        links: Set,
         state: &str,
         crossings: Vec<(usize, u32)>,
     ) -> Phase {
-        let change = self.timing.change(&self.state(&links), &self.state(&[]));
+        let none = self.links.plain(&self.links.set([]));
+        let change = self.timing.change(&self.links.plain(&links), &none);
         let walk_s = longest_s(&crossings);
         let in_every_cycle_s = if self.timing.recalls_pedestrians() { walk_s } else { 0 };
         let min_s = self.timing.alone_s(state, false).max(in_every_cycle_s);
@@ -312,8 +304,8 @@ impl Builder<'_> {
         let links = self.links;
         let is_shown = |link: &usize| is_green(&links.states[street.state], *link);
         let through = |approach: usize| links.of_approach(approach).filter(is_shown);
-        let together =
-            self.state(&street.approaches.iter().flat_map(|a| through(*a)).collect::<Vec<_>>());
+        let together = street.approaches.iter().flat_map(|approach| through(*approach));
+        let together = links.plain(&links.set(together));
         let walk_s = longest_s(
             &self.timed(|c| crossings[*c].is_some_and(|a| street.approaches.contains(&a))),
         );
@@ -323,7 +315,7 @@ impl Builder<'_> {
         let serves = if street.approaches.len() == 1 { "approach" } else { "through" };
         let mut side = Side::default();
         for (ring, &approach) in street.approaches.iter().enumerate() {
-            let own: Vec<usize> = through(approach).collect();
+            let own = links.set(through(approach));
             let detectors = self.detectors(approach, &own, street.lefts[ring]);
             let crossings = self.timed(|c| crossings[*c] == Some(approach));
             let number = numbers[2 * ring + 1];
@@ -336,13 +328,13 @@ impl Builder<'_> {
         {
             let ring = 1 - k;
             let is_left = |link: &usize| links.turn(*link) == Some(Turn::Left);
-            let own: Vec<usize> = links.of_approach(approach).filter(is_left).collect();
-            let own_lanes = links.lanes(own.iter().copied()).into_iter();
+            let own = links.set(links.of_approach(approach).filter(is_left));
+            let own_lanes = links.lanes(own.ones()).into_iter();
             let detectors = own_lanes
                 .filter(|lane| links.is_lane_for(*lane, Turn::Left))
                 .map(|lane| Detector::new(links, lane, self.config, true, Vec::new()))
                 .collect();
-            let state = self.state(&own);
+            let state = links.plain(&own);
             let phase = self.phase(numbers[2 * ring], "left", own, &state, Vec::new());
             let room_s = max_s.saturating_sub(phase.change.total_s() + plan_min(plan, &side));
             let max_s = self.config.left_max_green_s.min(room_s).max(phase.min_s);
@@ -366,7 +358,7 @@ impl Builder<'_> {
             states.iter().filter(serves).rev().max_by_key(greens).copied()
         };
         let phase = |(place, state): (usize, &&String)| {
-            let links = (0..self.links.count()).filter(|l| is_green(state, *l)).collect();
+            let links = self.links.set((0..self.links.count()).filter(|l| is_green(state, *l)));
             let crossings = self.timed(|crossing| best(*crossing) == Some(*state));
             let phase = self.phase(place as u32 + 1, "stage", links, state, crossings);
             let detectors = self.stage_detectors(place, &states);
@@ -380,17 +372,12 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns the state in which some links are green, and nothing else.
-    fn state(&self, green: &[usize]) -> String {
-        self.links.plain(&self.links.set(green.iter().copied()))
-    }
-
-    fn detectors(&self, approach: usize, served: &[usize], own_lefts: bool) -> Vec<Detector> {
+    fn detectors(&self, approach: usize, served: &Set, own_lefts: bool) -> Vec<Detector> {
         let links = self.links;
         let detector = |lane: usize| {
             let of_lane = links.on_lane(lane);
             let is_other = own_lefts && links.is_lane_for(lane, Turn::Left);
-            let is_served = !is_other && of_lane.iter().any(|l| served.contains(l));
+            let is_served = !is_other && of_lane.iter().any(|l| served.contains(*l));
             let is_right = links.is_lane_for(lane, Turn::Right);
             let served_by = if is_right { of_lane } else { Vec::new() };
             is_served.then(|| Detector::new(links, lane, self.config, true, served_by))

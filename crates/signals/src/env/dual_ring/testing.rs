@@ -4,7 +4,7 @@ use osm_signals::Turn;
 
 use super::links::{Car, Links};
 use super::plan::Plan;
-use super::rings::{Rings, Seen};
+use super::{DualRing, Seen};
 use crate::control::dual_ring::Config;
 use crate::settings::SignalSettings;
 use crate::timing::{Approach, Timing, Way};
@@ -86,17 +86,17 @@ pub(super) fn config() -> Config {
     Config { max_green_s: 40, left_max_green_s: 20, ..Config::default() }
 }
 
-pub(super) fn rings(links: &Links, config: &Config, settings: &SignalSettings) -> Rings {
+pub(super) fn rings(links: &Links, config: &Config, settings: &SignalSettings) -> DualRing {
     let timing = timing(links, settings);
     let plan = Plan::new(links, &links.states, &timing, config);
-    Rings::new(links.clone(), plan, timing)
+    DualRing::of(links.clone(), plan, timing)
 }
 
 /// Vehicles on the detectors of a phase, from a second to another one.
 pub(super) type On = (u32, std::ops::Range<usize>);
 
 /// Plays so many seconds and returns the states with the seconds for which they are shown.
-pub(super) fn play(rings: &mut Rings, vehicles: &[On], seconds: usize) -> Vec<(String, usize)> {
+pub(super) fn play(rings: &mut DualRing, vehicles: &[On], seconds: usize) -> Vec<(String, usize)> {
     let mut shown: Vec<(String, usize)> = Vec::new();
     for second in 0..seconds {
         match shown.last_mut() {
@@ -104,20 +104,20 @@ pub(super) fn play(rings: &mut Rings, vehicles: &[On], seconds: usize) -> Vec<(S
             _ => shown.push((rings.shown.clone(), 1)),
         }
         let on = |number: u32| vehicles.iter().any(|(p, at)| *p == number && at.contains(&second));
-        rings.second(&seen(rings, &on));
+        rings.step(&seen(rings, &on));
     }
     shown
 }
 
 /// Returns what detectors see of vehicles on those of some phases, by number.
-pub(super) fn seen(rings: &Rings, on: &dyn Fn(u32) -> bool) -> Vec<Seen> {
+pub(super) fn seen(rings: &DualRing, on: &dyn Fn(u32) -> bool) -> Vec<Seen> {
     let of = |on| Seen { calls: on, extends: on, walk_s: None };
     rings.plan.phases.iter().map(|phase| of(on(phase.number))).collect()
 }
 
 /// Returns the greens that have ended, with vehicles on phases by number and second: number, first second and length.
 pub(super) fn greens(
-    rings: &mut Rings,
+    rings: &mut DualRing,
     on: &dyn Fn(u32, u32) -> bool,
     seconds: u32,
 ) -> Vec<(u32, u32, u32)> {
@@ -132,7 +132,7 @@ pub(super) fn greens(
                 ended.push((rings.plan.phases[phase].number, begin, second - begin));
             }
         }
-        rings.second(&seen(rings, &|number| on(number, second + 1)));
+        rings.step(&seen(rings, &|number| on(number, second + 1)));
     }
     ended
 }

@@ -1,10 +1,10 @@
-//! Rings on links written by hand: what is shown, second by second.
+//! DualRing on links written by hand: what is shown, second by second.
 
 use osm_signals::Turn;
 
+use super::Seen;
 use super::links::Links;
 use super::plan::Plan;
-use super::rings::Seen;
 use super::testing::{
     ARMS, GREENS, On, RED, SIDE, SIDE_ENDS, config, cross, expected, five, links, play, rings,
     settings, tee, timing,
@@ -36,7 +36,9 @@ fn plan(links: &Links) -> Plan {
 fn four_arms_with_left_lanes_have_eight_phases_around_a_barrier() {
     let plan = plan(&cross());
     assert_eq!(numbers(&plan), "1 2|5 6, 3 4|7 8");
-    let links = |number| plan.phases.iter().find(|p| p.number == number).unwrap().links.clone();
+    let links = |number| -> Vec<usize> {
+        plan.phases.iter().find(|p| p.number == number).unwrap().links.ones().collect()
+    };
     // 2 comes from the north; its own left is 5, and 1 that of the south.
     assert_eq!((links(2), links(5), links(1)), (vec![0, 1, 2], vec![2], vec![8]));
     assert_eq!((links(4), links(7), links(3)), (vec![3, 4, 5], vec![5], vec![11]));
@@ -74,13 +76,6 @@ fn a_phase_that_nobody_calls_is_skipped_and_the_main_street_is_recalled() {
 }
 
 #[test]
-fn without_recall_a_signal_rests_where_it_served_last() {
-    let config = Config { recall: Recall::None, ..config() };
-    let all = play(&mut rings(&cross(), &config, &settings()), &[(4, 0..11)], 90);
-    assert_eq!(all.last().unwrap(), &(SIDE.to_owned(), 76));
-}
-
-#[test]
 fn a_green_ends_when_nobody_passes_for_the_passage_time() {
     // Seen in the seconds that end at 1 to 15; at 17 nobody has passed for two.
     assert_eq!(shown(&[(8, 0..30), (2, 0..15)], 30)[0], (MAIN.to_owned(), 17));
@@ -90,21 +85,6 @@ fn a_green_ends_when_nobody_passes_for_the_passage_time() {
 fn a_green_ends_at_its_longest_while_another_phase_is_called() {
     assert_eq!(shown(&[(8, 0..99), (2, 0..99)], 60)[0], (MAIN.to_owned(), 40));
     assert_eq!(shown(&[(2, 0..99)], 90), expected(&[(MAIN, 90)]), "nobody else");
-}
-
-#[test]
-fn the_limit_of_the_signal_holds_even_if_nobody_else_is_there() {
-    let settings = SignalSettings { max_green_s: Some(30), ..settings() };
-    let all = play(&mut rings(&cross(), &config(), &settings), &[(2, 0..99)], 50);
-    assert_eq!(all[0], (MAIN.to_owned(), 30));
-    assert_eq!(all[3], (SIDE.to_owned(), 10));
-}
-
-#[test]
-fn rings_cross_when_both_have_a_gap_at_once() {
-    // When 6 has its gap, somebody passes on 2 again.
-    let all = shown(&[(4, 0..40), (2, 0..10), (6, 0..18), (2, 17..25)], 40);
-    assert_eq!(all[..2], expected(&[(MAIN, 27), (MAIN_ENDS, 3)]));
 }
 
 #[test]
@@ -224,7 +204,7 @@ fn random(links: &Links, config: &Config, seconds: usize) -> Vec<String> {
             *vehicle = if *vehicle { draw >= goes } else { draw < comes };
         }
         let of = |on: &bool| Seen { calls: *on, extends: *on, walk_s: None };
-        rings.second(&on.iter().map(of).collect::<Vec<_>>());
+        rings.step(&on.iter().map(of).collect::<Vec<_>>());
     }
     states
 }
@@ -301,7 +281,7 @@ fn a_call_at_a_crosswalk_holds_the_through_phase_beside_it() {
         if second < 20 && rings.shown != SIDE {
             (seen[place].calls, seen[place].walk_s) = (true, Some(17));
         }
-        rings.second(&seen);
+        rings.step(&seen);
         green_s += usize::from(rings.shown == SIDE);
     }
     assert_eq!(green_s, 17, "nobody else holds it, and the main street is recalled");
@@ -330,5 +310,5 @@ fn where_arrows_are_said_a_left_turn_without_one_has_no_phase() {
     protected.arrows_only = true;
     let plan = plan(&protected);
     assert_eq!(numbers(&plan), "2|5 6, 4|");
-    assert_eq!(plan.phases.iter().find(|p| p.number == 2).unwrap().links, [0]);
+    assert_eq!(plan.phases.iter().find(|p| p.number == 2).unwrap().links.count_ones(..), 1);
 }
