@@ -225,7 +225,7 @@ pub(super) fn found(dirs: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 /// Returns whether a folder is a results directory itself.
-pub(super) fn is_run(dir: &Path) -> bool {
+fn is_run(dir: &Path) -> bool {
     let layout = Layout::new(dir);
     let files = [layout.manifest(), layout.adding(), layout.packed()];
     files.iter().any(|path| path.exists())

@@ -162,7 +162,7 @@ impl Target {
     }
 
     /// Returns the folder, or where it is to be made the nearest one above it that is there.
-    pub(super) fn there(&self) -> &Path {
+    fn there(&self) -> &Path {
         let there = self.folder.ancestors().find(|folder| folder.exists());
         there.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
     }

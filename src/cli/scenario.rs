@@ -111,7 +111,7 @@ impl ScenarioArg {
 }
 
 /// Returns the table of a scenario, as it names it.
-pub(super) fn table_of(loaded: &LoadedScenario) -> &str {
+fn table_of(loaded: &LoadedScenario) -> &str {
     let family = &loaded.scenario.family;
     family.approaches.as_deref().or(family.points.as_deref()).unwrap_or(&loaded.scenario.name)
 }

@@ -6,7 +6,6 @@ pub mod columns;
 pub mod error;
 pub mod names;
 pub mod points;
-mod similar_unit;
 #[cfg(test)]
 pub(crate) mod testing;
 

@@ -318,7 +318,8 @@ mod tests {
         build.stamp.git = "0000000".into();
         assert!(refusal(&build).contains(other));
         fs::rename(layout.checkpoint(3), layout.checkpoint(4)).unwrap();
-        assert!(refusal(&keeper(&layout, "abc", 4)).contains(other));
+        let reason = keeper(&layout, "abc", 4).restore().unwrap_err();
+        assert!(reason.contains(other), "{reason}");
     }
 
     #[test]

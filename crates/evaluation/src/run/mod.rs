@@ -2,7 +2,6 @@
 //!
 //! Nothing here knows what is evaluated; see [`domain`] for the seam.
 
-mod add;
 pub mod audit;
 pub mod batch;
 pub mod checkpoint;
@@ -19,7 +18,6 @@ pub mod progress;
 pub mod selection;
 pub mod session;
 pub mod stop;
-pub mod task_run;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod watchdog;

@@ -1,18 +1,36 @@
 //! What a run consists of, decided completely before the first task.
+//!
+//! A results directory takes in more: further methods, point MDPs, trainings and evaluation seeds, and a controller that was
+//! changed.
+//!
+//! A record depends on its own method and point MDP, not on what else is in the run. So the records that are there stay:
+//! they get the number of their task in the new plan and the sha256 of the new manifest, and are then those that a run of
+//! everything at once would have made. What is missing is then done as usual. With more evaluation seeds every task is to be
+//! done again; of what was learned model and record are kept, so that only episodes of evaluation are.
+//!
+//! The new files are written into the folder `adding/`, its manifest last, and then take the places of the old ones. If that
+//! is interrupted, [`finish_adding`] goes on with it; nobody reads the directory before.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
 use std::sync::Arc;
 
-use super::add;
+use super::checkpoint;
 use super::domain::{Domain, Prepared, Problem};
 use super::error::RunError;
 use super::method::{Method, Training, find};
 use crate::sample::looks::{halves, looks};
 use crate::sample::{Choice, Design, Growth, SampleError, SamplePlan, Until};
+use crate::store::assisting::TRAINING;
 use crate::store::manifest::{Identity, Manifest, PointRow, Provenance, Task};
+use crate::store::record::{Outcome, Record};
 use crate::store::results::Results;
-use crate::store::{Layout, Remedy, SCHEMA_VERSION, StoreError, most};
-use basics::files::write_atomically;
+use crate::store::{Layout, Remedy, SCHEMA_VERSION, StoreError, difference, most};
+use basics::files::{
+    self, FileError, beneath, limits, make_folder_beneath, replace, write_atomically,
+};
 use basics::seed;
 
 /// What a run is asked to do.
@@ -227,7 +245,7 @@ pub fn establish(
     design: Option<&Design>,
     (replaced, untrained): (&[String], &[&str]),
 ) -> Result<(Manifest, Option<usize>), StoreError> {
-    add::finish(layout)?;
+    finish_adding(layout)?;
     if !layout.manifest().exists() {
         write_design(layout, design, false)?;
         write_atomically(&layout.manifest(), &manifest.to_json())?;
@@ -235,11 +253,11 @@ pub fn establish(
     }
     let existing = Manifest::read(layout)?;
     let (there, now) = (&existing.identity, &manifest.identity);
-    if there == now && (replaced.is_empty() || add::is_replacing(layout, tasks, replaced)) {
+    if there == now && (replaced.is_empty() || is_replacing(layout, tasks, replaced)) {
         write_design(layout, design, true)?;
         return Ok((existing, None));
     }
-    let Some(difference) = add::obstacle(there, now, (replaced, untrained)) else {
+    let Some(difference) = obstacle(there, now, (replaced, untrained)) else {
         // All commands together make the run.
         let Provenance { started, command: before, .. } = &existing.provenance;
         let command = match manifest.provenance.command {
@@ -248,7 +266,7 @@ pub fn establish(
         };
         let provenance = Provenance { started: started.clone(), command, ..manifest.provenance };
         let manifest = Manifest { identity: manifest.identity, provenance };
-        let kept = add::add(layout, &existing, (&manifest, tasks), design, replaced)?;
+        let kept = add(layout, &existing, (&manifest, tasks), design, replaced)?;
         return Ok((manifest, Some(kept)));
     };
     // Records of this very run: then what is of another one is the manifest beside them.
@@ -269,6 +287,231 @@ fn write_design(layout: &Layout, design: Option<&Design>, missing: bool) -> Resu
         write_atomically(&layout.design(), &design.to_json())?;
     }
     Ok(())
+}
+
+/// Folders of results that take the place of the old ones.
+const FOLDERS: [&str; 4] = ["done", "models", "ckpt", "before"];
+
+/// Folders whose files are called by numbers of the old plan.
+const NUMBERED: [&str; 2] = ["logs", "jobs"];
+
+/// Returns what stands between an existing run and a larger one, in words; `None` if the existing one can be added to.
+fn obstacle(
+    there: &Identity,
+    now: &Identity,
+    (replaced, untrained): (&[String], &[&str]),
+) -> Option<String> {
+    let mut same = now.clone();
+    let stays = |method: &String| there.methods.contains(method);
+    if there.methods.iter().all(|m| now.methods.contains(m)) {
+        same.methods.clone_from(&there.methods);
+    }
+    same.controllers.retain(|own| stays(&own.name));
+    for own in &mut same.controllers {
+        let before = there.controllers.iter().find(|before| before.name == own.name);
+        if let Some(before) = before.filter(|_| replaced.contains(&own.name)) {
+            own.clone_from(before);
+        }
+    }
+    // A setting of a method that is new here has been read by nobody, unless by a learner that is built on that method.
+    let of_learner =
+        |method: &String| there.controllers.iter().any(|own| own.learner.as_ref() == Some(method));
+    for method in now.methods.iter().filter(|m| !stays(m) && !of_learner(m)) {
+        let section = method.replace('-', "_");
+        if let (Some(own), Some(before)) =
+            (same.settings.get_mut(&section), there.settings.get(&section))
+        {
+            own.clone_from(before);
+        }
+    }
+    // Nor have settings of training been read where no method learns.
+    if there.methods.iter().all(|m| untrained.contains(&m.as_str()))
+        && let (Some(own), Some(before)) =
+            (same.settings.get_mut(TRAINING), there.settings.get(TRAINING))
+    {
+        own.clone_from(before);
+    }
+    // What was given to a method that is new, or whose records are computed again, is in no record that stays.
+    for row in &mut same.points {
+        let before = there.points.iter().find(|before| before.point == row.point);
+        for method in now.methods.iter().filter(|m| !stays(m) || replaced.contains(m)) {
+            match before.and_then(|before| before.given.get(method)) {
+                Some(value) => drop(row.given.insert(method.clone(), value.clone())),
+                None => drop(row.given.remove(method)),
+            }
+        }
+    }
+    if same.replicates >= there.replicates {
+        same.replicates = there.replicates;
+        same.replicated.clone_from(&there.replicated);
+    }
+    let grows = |sample: &SamplePlan| sample.growth.is_some();
+    if now.evaluation_seeds.starts_with(&there.evaluation_seeds) && !grows(&there.sample) {
+        same.evaluation_seeds.clone_from(&there.evaluation_seeds);
+    }
+    let has = |point: &str| now.points.iter().any(|row| row.point == point);
+    let contains = there.points.iter().all(|row| has(&row.point));
+    if contains && !grows(&there.sample) && !grows(&now.sample) {
+        same.sample.clone_from(&there.sample);
+        same.points.retain(|row| there.points.iter().any(|before| before.point == row.point));
+    } else if !contains && !grows(&now.sample) && now.points.len() > there.points.len() {
+        return Some(format!(
+            "the sample of {} point MDPs does not contain all {} of the one there; a sample by Bayesian quadrature \
+             (--assist) and --budget all do",
+            now.points.len(),
+            there.points.len()
+        ));
+    }
+    let difference = difference::between(there, &same)?;
+    let changed = there.controllers.iter().find(|before| {
+        same.controllers.iter().any(|own| own.name == before.name && own != *before)
+    });
+    Some(match changed {
+        Some(own) => format!("{difference}; --replace {} computes its records again", own.name),
+        None => difference,
+    })
+}
+
+/// Adds to a results directory, and returns how many of its records stay.
+fn add(
+    layout: &Layout,
+    there: &Manifest,
+    (manifest, tasks): (&Manifest, &[Task]),
+    design: Option<&Design>,
+    replaced: &[String],
+) -> Result<usize, StoreError> {
+    let before = Results::load_known(layout, &there.clone().into())?;
+    if layout.jobs().exists() && before.missing().next().is_some() {
+        return Err(StoreError::Submitted(layout.root().to_path_buf()));
+    }
+    let adding = Layout::new(layout.adding());
+    remove(layout, layout.adding().as_path())?;
+    let sha256 = manifest.sha256();
+    let key = |task: &Task| (task.method.clone(), task.point.clone(), task.replicate, task.seed);
+    let places: HashMap<_, &Task> = tasks.iter().map(|task| (key(task), task)).collect();
+    let has_more_seeds =
+        manifest.identity.evaluation_seeds.len() > there.identity.evaluation_seeds.len();
+    let there = there.sha256();
+    let mut kept = 0;
+    for (task, record) in before.rows().filter(|(task, _)| !replaced.contains(&task.method)) {
+        let Some(place) = places.get(&key(task)) else { continue };
+        let model = files::if_present(files::read(&layout.model(task.task), limits::ARCHIVE))?;
+        let is_ok = record.is_some_and(|record| record.summary.outcome == Outcome::Ok);
+        let (stays, waits) = match record {
+            Some(record) if has_more_seeds && is_ok => (None, Some(record.clone())),
+            Some(record) => (Some(record), None),
+            None => (None, Record::read_at(layout.before(task.task), task, &there).ok().flatten()),
+        };
+        if let Some(record) = stays {
+            let text = record.moved(place, &sha256).to_text();
+            put(layout, &adding.record(place.task), text.as_bytes())?;
+            kept += 1;
+        }
+        // Only what was learned is worth it: other tasks play all seeds in any case.
+        if let Some(record) = waits.filter(|_| model.is_some()) {
+            let text = record.moved(place, &sha256).to_text();
+            put(layout, &adding.before(place.task), text.as_bytes())?;
+        }
+        if let Some(model) = model {
+            put(layout, &adding.model(place.task), &model)?;
+        }
+        if record.is_some() {
+            continue;
+        }
+        let begun = checkpoint::moved(layout, (&there, task.task), (&sha256, place.task));
+        if let Some(begun) = begun {
+            put(layout, &adding.checkpoint(place.task), &begun)?;
+        }
+    }
+    for name in FOLDERS {
+        make_folder_beneath(layout.root(), &adding.root().join(name))?;
+    }
+    if let Some(design) = design {
+        write_atomically(&adding.design(), &design.to_json())?;
+    }
+    if !replaced.is_empty() || layout.replaced().exists() {
+        let text = serde_json::to_vec(replaced).expect("names are plain data");
+        write_atomically(&adding.replaced(), &text)?;
+    }
+    write_atomically(&adding.manifest(), &manifest.to_json())?;
+    finish_adding(layout)?;
+    Ok(kept)
+}
+
+/// Whether the records of these methods are being computed again: the last command that added to the run asked for it, and
+/// some have no record yet. The same command then goes on with it.
+fn is_replacing(layout: &Layout, tasks: &[Task], replaced: &[String]) -> bool {
+    let text = files::read(&layout.replaced(), limits::DOCUMENT).ok();
+    let asked = text.and_then(|text| serde_json::from_slice::<BTreeSet<String>>(&text).ok());
+    asked == Some(replaced.iter().cloned().collect())
+        && tasks.iter().any(|t| replaced.contains(&t.method) && !layout.record(t.task).exists())
+}
+
+/// Takes the records of another run along that are of tasks of this one, where these have none yet.
+pub(super) fn take_along(
+    from: &Results,
+    layout: &Layout,
+    manifest: &Manifest,
+) -> Result<(), StoreError> {
+    let sha256 = manifest.sha256();
+    let key = |task: &Task| (task.method.clone(), task.point.clone(), task.replicate, task.seed);
+    let there: HashMap<_, _> = from.done().map(|(task, record)| (key(task), record)).collect();
+    for task in manifest.identity.tasks() {
+        if let Some(record) = there.get(&key(&task)).filter(|_| !layout.record(task.task).exists())
+        {
+            record.moved(&task, &sha256).commit(layout)?;
+        }
+    }
+    Ok(())
+}
+
+/// Puts new files into the places of old ones, where that was begun; removes what was not complete.
+fn finish_adding(layout: &Layout) -> Result<(), StoreError> {
+    let adding = Layout::new(layout.adding());
+    if !adding.root().exists() {
+        return Ok(());
+    }
+    if adding.manifest().exists() {
+        let root = layout.root();
+        for name in NUMBERED {
+            remove(layout, &root.join(name))?;
+        }
+        for name in FOLDERS {
+            let (new, old) = (adding.root().join(name), root.join(name));
+            // Where it is not there, it has its place already.
+            if new.exists() {
+                remove(layout, &old)?;
+                rename(&new, &old)?;
+            }
+        }
+        let files = [(adding.design(), layout.design()), (adding.replaced(), layout.replaced())];
+        for (new, old) in files {
+            if new.exists() {
+                rename(&new, &old)?;
+            }
+        }
+        layout.make()?;
+        rename(&adding.manifest(), &layout.manifest())?;
+    }
+    remove(layout, adding.root())
+}
+
+/// Writes a file of the new results.
+fn put(layout: &Layout, path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    replace(layout.root(), path, &layout.tmp(), bytes)
+}
+
+fn rename(from: &Path, to: &Path) -> Result<(), StoreError> {
+    Ok(fs::rename(from, to).map_err(FileError::at("replace", to))?)
+}
+
+/// Removes a folder of a results directory with all that is in it.
+fn remove(layout: &Layout, path: &Path) -> Result<(), StoreError> {
+    beneath(layout.root(), path)?;
+    match fs::remove_dir_all(path) {
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(FileError::at("remove", path)(e).into()),
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]
@@ -332,5 +575,139 @@ mod tests {
         assert_eq!(json["identity"].get("replicated"), None);
         let read: Manifest = serde_json::from_value(json).unwrap();
         assert_eq!((read.identity.tasks(), read.sha256()), (tasks, manifest.sha256()));
+    }
+}
+
+#[cfg(test)]
+mod adding {
+    use super::*;
+    use crate::run::testing::with_request;
+    use crate::store::record::TaskResult;
+    use serde_json::json;
+
+    fn names(methods: &[&str]) -> Vec<String> {
+        methods.iter().map(|m| (*m).to_owned()).collect()
+    }
+
+    fn committed(layout: &Layout, manifest: &Manifest, tasks: &[Task]) {
+        for task in tasks {
+            Record::finished(task, &manifest.sha256(), TaskResult::default())
+                .commit(layout)
+                .unwrap();
+        }
+    }
+
+    /// The text of every record, in the order of the plan.
+    fn texts(layout: &Layout, tasks: &[Task]) -> Vec<Option<String>> {
+        tasks.iter().map(|task| fs::read_to_string(layout.record(task.task)).ok()).collect()
+    }
+
+    #[test]
+    fn records_stay_and_are_those_of_a_run_of_everything_at_once() {
+        let dir = tempfile::tempdir().unwrap();
+        let (small, large) = (Layout::new(dir.path().join("a")), Layout::new(dir.path().join("b")));
+        [&small, &large].iter().for_each(|layout| layout.make().unwrap());
+        let (before, tasks) = with_request(&names(&["tuner"]), 2, 1);
+        establish(&small, before.clone(), &tasks, None, (&[], &[])).unwrap();
+        committed(&small, &before, &tasks);
+        fs::create_dir_all(small.model(1).parent().unwrap()).unwrap();
+        fs::write(small.model(1), "a model").unwrap();
+
+        let (now, tasks) = with_request(&names(&["other", "tuner"]), 2, 3);
+        let mut now = now;
+        // The order is that of the run that is there.
+        now.identity.methods = names(&["zero", "tuner", "other"]);
+        let tasks = {
+            drop(tasks);
+            now.identity.tasks()
+        };
+        let added = establish(&small, now.clone(), &tasks, None, (&[], &[])).unwrap();
+        assert_eq!(added.1, Some(4));
+        establish(&large, now.clone(), &tasks, None, (&[], &[])).unwrap();
+        committed(&large, &now, &tasks);
+        let (small_texts, large_texts) = (texts(&small, &tasks), texts(&large, &tasks));
+        let missing = small_texts.iter().filter(|text| text.is_none()).count();
+        assert_eq!(
+            (tasks.len(), missing),
+            (10, 6),
+            "two trainings more of each, and the new method"
+        );
+        for (a, b) in small_texts.iter().zip(&large_texts).filter(|(a, _)| a.is_some()) {
+            assert_eq!(a, b);
+        }
+        let place = tasks.iter().find(|t| t.method == "tuner" && t.replicate == 0).unwrap();
+        assert_eq!(fs::read_to_string(small.model(place.task)).unwrap(), "a model");
+        assert!(!small.adding().exists());
+        assert_eq!(Results::load(&small).unwrap().missing().count(), 6);
+        // Again it is the same run.
+        assert_eq!(establish(&small, now, &tasks, None, (&[], &[])).unwrap().1, None);
+    }
+
+    #[test]
+    fn the_same_command_goes_on_with_records_that_are_computed_again() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path().join("r"));
+        layout.make().unwrap();
+        let (manifest, tasks) = with_request(&names(&["tuner"]), 2, 1);
+        let again = || {
+            let replaced = names(&["tuner"]);
+            establish(&layout, manifest.clone(), &tasks, None, (&replaced, &[])).unwrap().1
+        };
+        establish(&layout, manifest.clone(), &tasks, None, (&[], &[])).unwrap();
+        committed(&layout, &manifest, &tasks);
+        let of_others = tasks.iter().filter(|task| task.method != "tuner").count();
+        assert_eq!(again(), Some(of_others));
+        let of_tuner: Vec<Task> = tasks.iter().filter(|t| t.method == "tuner").cloned().collect();
+        committed(&layout, &manifest, &of_tuner[..1]);
+        assert_eq!(again(), None, "it was interrupted");
+        assert!(layout.record(of_tuner[0].task).exists());
+        committed(&layout, &manifest, &of_tuner[1..]);
+        assert_eq!(again(), Some(of_others), "it was over");
+    }
+
+    #[test]
+    fn what_was_interrupted_is_said_and_goes_on() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path().join("r"));
+        layout.make().unwrap();
+        let (before, tasks) = with_request(&names(&["tuner"]), 2, 1);
+        establish(&layout, before.clone(), &tasks, None, (&[], &[])).unwrap();
+        committed(&layout, &before, &tasks);
+        let (mut now, _) = with_request(&names(&["tuner", "other"]), 2, 1);
+        now.identity.methods = names(&["zero", "tuner", "other"]);
+        let tasks = now.identity.tasks();
+        // As after the records have their places and before the manifest has.
+        establish(&layout, now.clone(), &tasks, None, (&[], &[])).unwrap();
+        let adding = Layout::new(layout.adding());
+        fs::create_dir(adding.root()).unwrap();
+        fs::rename(layout.manifest(), adding.manifest()).unwrap();
+        fs::write(layout.manifest(), before.to_json()).unwrap();
+        let e = Results::load(&layout).unwrap_err();
+        assert!(e.to_string().contains("nothing is lost: repeat that command"), "{e}");
+        establish(&layout, now, &tasks, None, (&[], &[])).unwrap();
+        assert_eq!(Results::load(&layout).unwrap().done().count(), 4);
+
+        // What was not complete goes.
+        fs::create_dir_all(adding.record(0).parent().unwrap()).unwrap();
+        fs::write(adding.record(0), "half a rec").unwrap();
+        finish_adding(&layout).unwrap();
+        assert!(!adding.root().exists());
+        assert_eq!(Results::load(&layout).unwrap().done().count(), 4);
+    }
+
+    #[test]
+    fn settings_of_training_may_change_while_no_method_learns() {
+        let (mut there, _) = with_request(&names(&["tuner"]), 2, 1);
+        there.identity.settings = json!({"training": {"episodes": 100}, "demand": 1});
+        let (mut now, _) = with_request(&names(&["tuner", "learner"]), 2, 1);
+        now.identity.methods = names(&["zero", "tuner", "learner"]);
+        now.identity.settings = json!({"training": {"episodes": 6}, "demand": 1});
+        let differs = |untrained: &[&str], now: &Manifest| {
+            obstacle(&there.identity, &now.identity, (&[], untrained))
+        };
+        assert_eq!(differs(&["zero", "tuner"], &now), None);
+        assert!(differs(&["zero"], &now).unwrap().contains("training.episodes is 100 there"));
+        now.identity.settings["demand"] = json!(2);
+        assert!(differs(&["zero", "tuner"], &now).unwrap().contains("demand is 1 there"));
     }
 }

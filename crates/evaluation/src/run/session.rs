@@ -9,21 +9,20 @@ use std::sync::Arc;
 use std::thread::available_parallelism;
 use std::time::{Duration, Instant};
 
-use super::add::take_along;
 use super::checkpoint::CHECKPOINT_EVERY_S;
 use super::domain::{Domain, Problem, domain_of};
 use super::error::RunError;
 use super::executor::local::GRACE;
 use super::executor::{Launcher, Local};
 use super::method::Training;
-use super::plan::{Draft, Request, complete, establish};
+use super::plan::{Draft, Request, complete, establish, take_along};
 use super::progress::{Failure, Fault};
 use super::stop::Stop;
 use super::watchdog::STALL_TIMEOUT_S;
 use super::work::{Workplace, do_task};
 use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
-use crate::store::lock::{Holder, RunLock};
+use crate::store::lock::RunLock;
 use crate::store::manifest::{GIT, Identity, Manifest, Provenance, Task};
 use crate::store::packed::unpack;
 use crate::store::record::Record;
@@ -74,7 +73,7 @@ pub fn open<'a>(
     let (manifest, tasks) = complete(request, draft, prepared, provenance)?;
     let layout = Layout::new(out);
     layout.make()?;
-    let lock = lock(&layout, started)?;
+    let lock = lock(&layout, &started)?;
     let design = draft.design.as_ref();
     let untrained = request.domain.methods().iter().filter(|m| m.training != Training::Learned);
     let untrained: Vec<&str> = untrained.map(|m| m.name).collect();
@@ -108,7 +107,7 @@ pub fn reopen<'a>(
     for path in [layout.root(), &prepared] {
         domain.check_path(path).map_err(RunError::Refused)?;
     }
-    let lock = lock(layout, now())?;
+    let lock = lock(layout, &now())?;
     Ok(Session { domain, layout: layout.clone(), manifest, prepared, kept: None, _lock: lock })
 }
 
@@ -134,7 +133,7 @@ pub fn open_after<'a>(
     let (started, tasks) = (provenance.started.clone(), identity.tasks());
     let layout = Layout::new(out);
     layout.make()?;
-    let lock = lock(&layout, started)?;
+    let lock = lock(&layout, &started)?;
     let manifest = Manifest { identity, provenance };
     let (manifest, kept) = establish(&layout, manifest, &tasks, from.design.as_ref(), (&[], &[]))?;
     take_along(from, &layout, &manifest)?;
@@ -144,9 +143,8 @@ pub fn open_after<'a>(
 }
 
 /// Takes the lock of a results directory, and unpacks it if it is packed.
-fn lock(layout: &Layout, started: String) -> Result<RunLock, RunError> {
-    let version = env!("CARGO_PKG_VERSION").to_owned();
-    let lock = RunLock::take(layout, &Holder { pid: std::process::id(), version, started })?;
+fn lock(layout: &Layout, started: &str) -> Result<RunLock, RunError> {
+    let lock = RunLock::take(layout, started)?;
     unpack(layout)?;
     Ok(lock)
 }

@@ -7,7 +7,6 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::process::Process;
 use crate::family::MdpFamily;
 use basics::hash::sha256;
 
@@ -43,6 +42,22 @@ pub struct DesignPoint {
     pub describing: Vec<f64>,
     /// Values of the [`Design::inputs`], in their order.
     pub inputs: Vec<f64>,
+}
+
+/// How alike the scores of a method are on the point MDPs of a design.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Process {
+    /// Length scale of every column: what describes point MDPs, then the inputs; in standard deviations over the family.
+    pub length_scales: Vec<f64>,
+    /// Variance of what no column explains, in proportion to that of what they explain.
+    pub nugget: f64,
+    /// By how much methods are expected to differ, in proportion to the family's mean, a value per point MDP.
+    pub spread: Vec<f64>,
+    /// Covariance with the overall performance without nugget, a value per point MDP.
+    pub covariance: Vec<f64>,
+    /// Variance of the overall performance without nugget.
+    pub variance: f64,
 }
 
 /// What is known of every point MDP of a family; `design.json` of a results directory.

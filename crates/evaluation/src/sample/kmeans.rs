@@ -17,7 +17,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::random::Chosen;
+use super::Chosen;
 use basics::seed::derive;
 
 /// Independent starts, of which the best is kept.

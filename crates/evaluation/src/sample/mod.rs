@@ -5,24 +5,26 @@
 pub mod balanced;
 mod choice;
 pub mod design;
-mod fit;
 pub mod kmeans;
 pub mod looks;
 mod plan;
-mod process;
 pub mod quadrature;
-mod random;
 
 use std::collections::HashMap;
 
-pub use choice::Choice;
 use design::features;
-pub use design::{Design, Input, Measure};
-pub use plan::{Draw, Growth, Look, SampleError, SamplePlan, Sampling, Until};
-pub use process::Process;
 use quadrature::Quadrature;
+use rand::SeedableRng;
+use rand::distr::Distribution;
+use rand::distr::weighted::WeightedIndex;
+use rand_chacha::ChaCha8Rng;
 
 use crate::family::MdpFamily;
+use basics::seed::derive;
+
+pub use choice::Choice;
+pub use design::{Design, Input, Measure, Process};
+pub use plan::{Draw, Growth, Look, SampleError, SamplePlan, Sampling, Until};
 
 /// Chooses `budget` point MDPs of a family.
 ///
@@ -76,12 +78,12 @@ pub fn choose_over(
     assert_eq!(design.points.len(), size, "a design has all point MDPs of its family");
     let importance = family.importance();
     let mut probabilities: Option<Vec<f64>> = None;
-    let chosen: Vec<random::Chosen> = match sampling {
+    let chosen: Vec<Chosen> = match sampling {
         Sampling::All => importance.iter().enumerate().map(|(i, p)| (i, *p, 1)).collect(),
-        Sampling::WithReplacement => random::with_replacement(&importance, budget, seed),
+        Sampling::WithReplacement => with_replacement(&importance, budget, seed),
         Sampling::WithoutReplacement => {
-            probabilities = Some(random::inclusion(&importance, budget));
-            random::without_replacement(&importance, budget, seed)
+            probabilities = Some(inclusion(&importance, budget));
+            without_replacement(&importance, budget, seed)
         }
         Sampling::KMeans => kmeans::representatives(&features(family), &importance, budget, seed),
         Sampling::Balanced => {
@@ -99,7 +101,7 @@ pub fn choose_over(
             rows.into_iter().zip(weights).map(|(i, weight)| (i, weight, 1)).collect()
         }
     };
-    let draw = |(i, weight, count): random::Chosen| Draw {
+    let draw = |(i, weight, count): Chosen| Draw {
         point: family.points[i].id.clone(),
         weight,
         count,
@@ -138,6 +140,72 @@ pub fn stands(family: &MdpFamily, plan: &SamplePlan) -> Vec<Option<usize>> {
     let of_cluster: HashMap<usize, usize> =
         chosen.iter().rev().map(|point| (labels[*point], *point)).collect();
     (0..size).map(|point| of_cluster.get(&labels[point]).copied()).collect()
+}
+
+/// Halvings of the time, which leave nothing of it.
+const BISECTIONS: usize = 100;
+
+/// A drawn point MDP: its index, its weight in the estimate, how often it was drawn.
+type Chosen = (usize, f64, u32);
+
+/// M1: `budget` independent draws by importance; a draw weighs `1 / budget`.
+fn with_replacement(importance: &[f64], budget: usize, seed: u64) -> Vec<Chosen> {
+    let mut rng = ChaCha8Rng::seed_from_u64(derive(seed, &["sample", "with-replacement"]));
+    let distribution = WeightedIndex::new(importance).expect("a family's importance sums to 1");
+    let mut counts = vec![0u32; importance.len()];
+    for _ in 0..budget {
+        counts[distribution.sample(&mut rng)] += 1;
+    }
+    counts
+        .into_iter()
+        .enumerate()
+        .filter(|(_, count)| *count > 0)
+        .map(|(i, count)| (i, f64::from(count) / budget as f64, count))
+        .collect()
+}
+
+/// M2: successive draws by the importance of the point MDPs that are left; weights are the importance, renormalised.
+fn without_replacement(importance: &[f64], budget: usize, seed: u64) -> Vec<Chosen> {
+    let mut rng = ChaCha8Rng::seed_from_u64(derive(seed, &["sample", "without-replacement"]));
+    let mut left = importance.to_vec();
+    let mut drawn = Vec::with_capacity(budget);
+    for _ in 0..budget {
+        let Ok(distribution) = WeightedIndex::new(&left) else {
+            // Only points without importance are left; they would weigh nothing.
+            break;
+        };
+        let i = distribution.sample(&mut rng);
+        left[i] = 0.0;
+        drawn.push(i);
+    }
+    drawn.sort_unstable();
+    let total: f64 = drawn.iter().map(|i| importance[*i]).sum();
+    drawn.into_iter().map(|i| (i, importance[i] / total, 1)).collect()
+}
+
+/// Returns the probability of every point MDP to be among `budget` successive draws by importance without
+/// replacement.
+///
+/// Draws one after the other have the order of independent exponential times with importance as rates, so that a point
+/// MDP is in if its time is among the first `budget` ones. Here that is before the time by which `budget` are expected,
+/// which is exact for large families and about 0.01 off for 20 of 164.
+///
+/// Source: B. Rosén, "Asymptotic theory for order sampling", Journal of Statistical Planning and Inference 62 (1997).
+fn inclusion(importance: &[f64], budget: usize) -> Vec<f64> {
+    let by = |time: f64| importance.iter().map(move |p| -(-p * time).exp_m1());
+    let possible = importance.iter().filter(|p| **p > 0.0).count();
+    if budget >= possible {
+        return importance.iter().map(|p| f64::from(u8::from(*p > 0.0))).collect();
+    }
+    let (mut early, mut late) = (0.0, 1.0);
+    while by(late).sum::<f64>() < budget as f64 {
+        late *= 2.0;
+    }
+    for _ in 0..BISECTIONS {
+        let middle = (early + late) / 2.0;
+        if by(middle).sum::<f64>() < budget as f64 { early = middle } else { late = middle }
+    }
+    by(late).collect()
 }
 
 #[cfg(test)]
@@ -214,5 +282,37 @@ mod tests {
             plan.draws.iter().filter_map(|d| family.position(&d.point)).collect();
         assert!(stands.iter().all(|s| s.is_some_and(|s| drawn.contains(&s))));
         assert!(drawn.iter().all(|d| stands[*d] == Some(*d)));
+    }
+}
+
+#[cfg(test)]
+mod random {
+    use super::*;
+
+    #[test]
+    fn with_replacement_draws_in_proportion_to_importance() {
+        let chosen = with_replacement(&[0.7, 0.3], 10_000, 1);
+        assert!((chosen[0].1 - 0.7).abs() < 0.02, "{chosen:?}");
+    }
+
+    #[test]
+    fn without_replacement_never_draws_a_point_twice() {
+        let chosen = without_replacement(&[0.9, 0.05, 0.05], 3, 1);
+        assert_eq!(chosen.iter().map(|c| c.0).collect::<Vec<_>>(), [0, 1, 2]);
+    }
+
+    #[test]
+    fn probabilities_are_those_of_successive_draws() {
+        let importance = [0.3, 0.2, 0.1, 0.1, 0.1, 0.05, 0.05, 0.04, 0.03, 0.03];
+        let expected = inclusion(&importance, 4);
+        assert!((expected.iter().sum::<f64>() - 4.0).abs() < 1e-9);
+        let mut drawn = [0u32; 10];
+        for seed in 0..4000 {
+            without_replacement(&importance, 4, seed).iter().for_each(|c| drawn[c.0] += 1);
+        }
+        for (n, p) in drawn.iter().zip(&expected) {
+            assert!((f64::from(*n) / 4000.0 - p).abs() < 0.05, "{drawn:?} {expected:?}");
+        }
+        assert_eq!(inclusion(&[0.5, 0.5, 0.0], 2), [1.0, 1.0, 0.0]);
     }
 }

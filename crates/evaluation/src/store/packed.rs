@@ -67,7 +67,7 @@ pub struct Packed {
 }
 
 /// Whether a run is packed.
-pub fn is_packed(layout: &Layout) -> bool {
+fn is_packed(layout: &Layout) -> bool {
     !layout.root().join("done").exists() && layout.packed().exists()
 }
 

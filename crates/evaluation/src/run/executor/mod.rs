@@ -7,7 +7,6 @@
 
 mod launcher;
 pub mod local;
-mod verdict;
 
 use super::progress::Progress;
 use crate::store::record::Record;
