@@ -103,7 +103,7 @@ fn episode(env: &mut SignalEnv<SumoSim>, seed: u64) -> Duration {
     env.reset(seed).unwrap();
     let start = Instant::now();
     env.drive(&[Drive::OwnProgram]).unwrap();
-    while !env.step(&[GreenPhase(0)]).unwrap().truncated {}
+    while !env.step(&[GreenPhase(0)]).unwrap() {}
     env.finish().unwrap();
     start.elapsed()
 }

@@ -22,7 +22,7 @@ pub(crate) fn sumocfg(bytes: &[u8]) {
         "a configuration without a network is an error"
     );
     assert!(config.begin_s.is_finite() && config.end_s.is_none_or(f64::is_finite));
-    for (option, value) in config.options() {
+    for (option, value) in &config.options {
         // What SUMO is never to be given.
         for word in ["output", "remote", "save", "state", "script", "log"] {
             assert!(!option.starts_with(word) && !option.ends_with("-output"), "{option}={value}");

@@ -312,29 +312,6 @@ fn planted_faults_are_found() {
 }
 
 #[test]
-fn a_stem_whose_bays_take_both_lanes_keeps_the_lane_of_the_longer_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let stem = |point: &str, left_m, right_m| {
-        let mut s = IntersectionSpec { point: point.into(), ..tee() };
-        let arm = &mut s.arms[1];
-        (arm.left_turn_lanes, arm.right_turn_lanes) = (1, 1);
-        (arm.left_storage_m, arm.right_storage_m) = (Some(left_m), Some(right_m));
-        s
-    };
-    let specs = [stem("right", 45.0, 90.0), stem("left", 90.0, 45.0)];
-    let built = build(&specs, folder.path(), false).unwrap();
-    for point in ["right", "left"] {
-        let text = fs::read_to_string(&built.files[point].net).unwrap();
-        let lengths_m = |edge: &str| -> Vec<f64> {
-            let lanes = NetFile::parse(&text).unwrap().lanes;
-            lanes.iter().filter(|lane| lane.edge == edge).map(|lane| lane.length_m).collect()
-        };
-        assert_eq!(lengths_m("in1"), [45.0; 2], "{point}");
-        assert_eq!(lengths_m("up1"), [189.5], "{point}");
-    }
-}
-
-#[test]
 fn bays_are_pieces_of_the_street_and_change_nothing_at_the_signal() {
     let folder = tempfile::tempdir().unwrap();
     let bays = with_bays();

@@ -40,25 +40,6 @@ fn hashed(folder: &Folder, results: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn every_way_to_name_routes_is_in_the_manifest_and_gives_the_same_records() {
-    let (folder, _) = city();
-    let ways = [
-        PLAIN,
-        "<n v='n.xml'/><routes value='r.xml'/>",
-        "<net>n.xml</net><r value='%72.xml'/>",
-        "<net-file v='n.xml'/><route-files v=' r.xml , '/>",
-        "<x><net-file>n.xml</net-file><routes>\n r.xml\n</routes></x>",
-    ];
-    for (i, way) in ways.iter().map(|way| way.to_string()).enumerate() {
-        configure(&folder, &way);
-        folder.run(&format!("{RUN} {i}"));
-        let expected = ["a.sumocfg", "n.xml", "r.xml"].map(str::to_owned);
-        assert_eq!(hashed(&folder, &i.to_string()), expected.into(), "{way}");
-        assert_eq!(rows(&folder, &i.to_string()), rows(&folder, "0"), "{way}");
-    }
-}
-
-#[test]
 fn an_included_file_that_changes_after_planning_is_noticed() {
     let (folder, _) = city();
     folder.write("sub/r.xml", &folder.read("r.xml"));

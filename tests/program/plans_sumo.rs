@@ -35,7 +35,7 @@ pub(crate) fn delay_s(folder: &Path, args: &str) -> f64 {
     let words = args.split_whitespace().chain(OPTIONS.split_whitespace());
     let output = sumo.args(words).current_dir(folder).output().unwrap();
     assert!(output.status.success(), "{args}: {}", stderr(&output));
-    let trips = tripinfo::read(&folder.join("trips.xml")).unwrap();
+    let (trips, _) = tripinfo::read(&folder.join("trips.xml")).unwrap();
     assert!(trips.vehicles > 0);
     trips.delay_s / f64::from(trips.vehicles)
 }

@@ -7,11 +7,10 @@ use std::path::{Path, PathBuf};
 
 use osm_signals::Turn;
 
-use crate::env::world::TurnShare;
 use crate::env::{SignalEnv, World};
 use crate::error::TrafficError;
 use crate::existing::ExistingPlan;
-use crate::network::demand::DemandSpec;
+use crate::network::demand::{DemandSpec, RouteShare};
 use crate::network_files::{FILE_ENDINGS, GENERATED, NetworkFiles, file_name};
 use crate::settings::{Detail, Scenario};
 use crate::sim::Sim;
@@ -59,11 +58,8 @@ pub fn generated_world(files: &NetworkFiles) -> Result<World, TrafficError> {
     let mut world = World::of(intake)?;
     world.files = None;
     for stream in &demand.streams {
-        world.turn_shares.extend(stream.routes.iter().map(|route| TurnShare {
-            from: stream.from.clone(),
-            to: route.to.clone(),
-            share: route.share,
-        }));
+        let share = |route: &RouteShare| (stream.from.clone(), route.to.clone(), route.share);
+        world.turn_shares.extend(stream.routes.iter().map(share));
         world
             .pedestrians
             .extend(stream.pedestrians_per_h.map(|per_h| (stream.from.clone(), per_h)));
@@ -260,7 +256,7 @@ mod tests {
         for ending in FILE_ENDINGS {
             fs::write(files.folder.join(file_name("p", ending)), ending).unwrap();
         }
-        let e = planned_world(&point, folder.path(), false, "").unwrap_err();
+        let e = planned_world(&point, folder.path(), false, "").err().unwrap();
         assert!(
             matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("p.demand.json"))
         );
@@ -282,7 +278,7 @@ mod tests {
         assert_eq!(point.sha256.len(), 4);
         planned_world(&point, Path::new(""), false, "").unwrap();
         write("b.xml", "<routes> </routes>");
-        let e = planned_world(&point, Path::new(""), false, "").unwrap_err();
+        let e = planned_world(&point, Path::new(""), false, "").err().unwrap();
         assert!(matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("b.xml")), "{e}");
     }
 
@@ -291,8 +287,8 @@ mod tests {
         assert_eq!(crate::network::phases::PHASES_PROGRAM, crate::env::derive::PHASES_PROGRAM);
     }
 
-    /// A folder with a file that is held.
-    fn held() -> (tempfile::TempDir, PathBuf, InputFiles) {
+    #[test]
+    fn a_file_that_is_held_is_missed_where_it_goes_and_its_folder_is_kept() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.xml");
         fs::write(&path, "<a/>").unwrap();
@@ -300,29 +296,13 @@ mod tests {
         held.keep(folder.path());
         held.add(&path, Some(&sha256(b"<a/>"))).unwrap();
         held.verify().unwrap();
-        (folder, path, held)
-    }
-
-    #[test]
-    fn a_file_that_was_deleted_is_named() {
-        let (_folder, path, held) = held();
-        fs::remove_file(&path).unwrap();
-        let e = held.verify().unwrap_err().to_string();
-        assert!(e.contains("a.xml: the file was deleted"), "{e}");
-    }
-
-    #[test]
-    fn a_file_that_the_plan_does_not_have_or_has_otherwise_is_refused() {
-        let (_folder, path, mut held) = held();
         for planned in [None, Some(&sha256(b"<b/>"))] {
             let e = held.add(&path, planned).unwrap_err();
             assert!(matches!(e, TrafficError::Altered { what: "was altered", .. }), "{e}");
         }
-    }
-
-    #[test]
-    fn a_folder_that_is_kept_cannot_be_locked_by_others() {
-        let (folder, _, held) = held();
+        fs::remove_file(&path).unwrap();
+        let e = held.verify().unwrap_err().to_string();
+        assert!(e.contains("a.xml: the file was deleted"), "{e}");
         let other = File::open(folder.path()).unwrap();
         assert!(other.try_lock().is_err());
         drop(held);

@@ -6,13 +6,11 @@ use super::control::{ControlError, Controller, EpisodeOutcome, Trainer};
 use super::env::SignalEnv;
 use super::env::by_movement::MovementTotals;
 use super::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
-use super::env::signal_env::Running;
 use super::environment::InputFiles;
 use super::movement_results::ByEpisode;
-use super::program::{PHASES, ProgramKind, ProgramPhase, SignalProgram};
-use super::sim::{self, Sim, SimError};
+use super::program::PHASES;
+use super::sim::{Sim, SimError};
 use super::street_results::{ByStreet, StreetResult};
-use super::timing::Timing;
 use basics::files::numbers::is_usable;
 use evaluation::run::domain::{Course, Policy, Trial};
 use evaluation::run::fault::TrialError;
@@ -57,9 +55,9 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 
     fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
-        self.env.collect_movements(true);
+        self.env.collects_movements = true;
         let played = played(&mut self.env, self.controller.as_mut(), seed);
-        self.env.collect_movements(false);
+        self.env.collects_movements = false;
         let (metrics, movements, streets) = played?;
         self.movements.add(movements);
         self.streets.add(streets);
@@ -94,18 +92,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
 
     /// What the signals ran: programs, or phases in two rings; nothing where a controller decides.
     fn programs(&self) -> Opaque {
-        let programs = self.env.programs().unwrap_or_default();
-        let kept = |running: Running| {
-            let links = self.env.names_of_links(&running.signal);
-            SignalProgram { links, ..kept(self.env.timing(&running.signal), running) }
-        };
-        let mut programs: Vec<SignalProgram> = programs.into_iter().map(kept).collect();
-        let sheets = self.env.cabinet_sheets();
-        // Within a common cycle, signals without rings have a fixed cycle that belongs to it.
-        if programs.is_empty() && sheets.iter().any(|sheet| sheet.cycle_s.is_some()) {
-            programs.extend(self.env.programs_of_some().map(kept));
-        }
-        programs.extend(sheets);
+        let programs = self.env.programs();
         if programs.is_empty() { Opaque::default() } else { Opaque::of(&programs) }
     }
 
@@ -275,37 +262,6 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
     });
     let all = named.into_iter().chain(pedestrians);
     Ok(all.map(|(name, value)| (name.to_owned(), value)).collect())
-}
-
-/// Returns a program as records keep it.
-/// * `timing` — what says how long pedestrians take; none where the signal is not known.
-fn kept(timing: Option<&Timing>, running: Running) -> SignalProgram {
-    let (kind, max_gap_s) = (running.program.kind, running.program.max_gap_s);
-    let bounds = |p: &sim::ProgramPhase| {
-        let varies =
-            kind != ProgramKind::Static && (p.min_s, p.max_s) != (p.duration_s, p.duration_s);
-        // JSON has no infinities.
-        [p.min_s, p.max_s].map(|s| Some(s).filter(|s| varies && s.is_finite()))
-    };
-    let shortest_s = |p: &sim::ProgramPhase| bounds(p)[0].unwrap_or(p.duration_s);
-    let phases = &running.program.phases;
-    let shown: Vec<(&str, f64)> =
-        phases.iter().map(|p| (p.state.as_str(), shortest_s(p))).collect();
-    let walks = timing.map_or_else(|| vec![None; shown.len()], |t| t.longest_walks(&shown));
-    let phase = |(p, people): (sim::ProgramPhase, Option<[u32; 2]>)| {
-        let [min_s, max_s] = bounds(&p);
-        ProgramPhase {
-            state: p.state,
-            duration_s: p.duration_s,
-            min_s,
-            max_s,
-            walk_s: people.map(|[walk_s, _]| walk_s),
-            clearance_s: people.map(|[_, clearance_s]| clearance_s),
-        }
-    };
-    let phases = running.program.phases.into_iter().zip(walks).map(phase).collect();
-    let Running { signal, own, offset_s, .. } = running;
-    SignalProgram { own, offset_s, max_gap_s, ..SignalProgram::new(signal, kind, phases) }
 }
 
 #[cfg(test)]

@@ -132,7 +132,7 @@ fn configuration(
     }
     let is_kept = |option: &&(String, String)| !replaced.iter().any(|(name, _)| *name == option.0);
     let mut lines: Vec<(String, String)> =
-        own.options().iter().filter(is_kept).chain(replaced).cloned().collect();
+        own.options.iter().filter(is_kept).chain(replaced).cloned().collect();
     if let Some(file) = additional {
         match lines.iter_mut().find(|(option, _)| option == ADDITIONAL) {
             Some((_, files)) => *files = format!("{files},{file}"),

@@ -156,9 +156,9 @@ pub fn budget(simulations: u32, signals: u32) -> u32 {
 }
 
 /// The search problem: logarithms of greens to mean delay.
-struct Search<'a>(RefCell<&'a mut dyn FnMut(&[f64]) -> f64>);
+struct Search<F>(RefCell<F>);
 
-impl CostFunction for Search<'_> {
+impl<F: FnMut(&[f64]) -> f64> CostFunction for Search<F> {
     type Param = Vec<f64>;
     type Output = f64;
 
@@ -340,7 +340,7 @@ impl FixedTime {
         let spec = self.signals[signal].clone();
         let phases: Vec<usize> = start.iter().map(|(phase, _)| phase.0).collect();
         let (mut left, mut failure) = (simulations, None);
-        let mut delay_s = |logs: &[f64]| {
+        let delay_s = |logs: &[f64]| {
             let greens: Vec<f64> = logs.iter().map(|x| x.exp()).collect();
             let greens = within(&spec, &phases, &greens);
             let plan = Plan::Cycle(phases.iter().copied().map(GreenPhase).zip(greens).collect());
@@ -366,7 +366,7 @@ impl FixedTime {
                 }
             }
         };
-        let search = Search(RefCell::new(&mut delay_s));
+        let search = Search(RefCell::new(delay_s));
         let result = Executor::new(search, NelderMead::new(simplex))
             .configure(|state| state.max_iters(u64::from(simulations)))
             .run()

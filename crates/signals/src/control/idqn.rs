@@ -95,18 +95,6 @@ mod tests {
     }
 
     #[test]
-    fn the_options_learn_too() {
-        let config = Config {
-            bootstrap_at_time_limit: true,
-            double_dqn: true,
-            normalise_observations: true,
-            orthogonal_initialisation: true,
-            ..small()
-        };
-        check_learner(&|episodes| learner(&config, episodes));
-    }
-
-    #[test]
     fn it_learns_of_the_phase_that_was_shown() {
         check_shown(&mut *learner(&small(), 2), "signal0.replay.", 2 * LANE_WIDTH);
     }

@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::senses::{Given, Senses, View};
-use super::state::{lanes, wait_reward};
+use super::senses::{Senses, View};
+use super::state::{lane_rows, lanes, wait_reward};
 use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
 use basics::seed;
 use learners::nn::archive::{Archive, ArchiveError};
@@ -146,7 +146,6 @@ struct Decider {
 }
 
 /// A learner as a controller.
-#[derive(Debug)]
 pub(super) struct Learning<L: Learner> {
     learner: L,
     name: &'static str,
@@ -157,7 +156,8 @@ pub(super) struct Learning<L: Learner> {
     signals: Vec<SignalSpec>,
     deciders: Vec<Decider>,
     pub(super) agents: Vec<(L::Agent, Option<Normaliser>)>,
-    senses: Given,
+    /// What it sees and is paid for where somebody replaces its own.
+    senses: Option<Box<dyn Senses>>,
     /// Why a reward or an observation of somebody's own failed.
     fault: Option<String>,
 }
@@ -175,7 +175,7 @@ impl<L: Learner> Learning<L> {
             signals: Vec::new(),
             deciders: Vec::new(),
             agents: Vec::new(),
-            senses: Given::default(),
+            senses: None,
             fault: None,
         }
     }
@@ -188,8 +188,11 @@ impl<L: Learner> Learning<L> {
     /// Begins from nothing, on the signals that it knows.
     fn meet(&mut self) -> Result<(), ControlError> {
         let deciding = self.signals.iter().enumerate().filter(|(_, signal)| decides(signal));
-        let views: Vec<(usize, View)> =
-            deciding.map(|(i, signal)| (i, self.senses.view(i, signal))).collect();
+        let view = |(i, signal)| match self.senses.as_ref().and_then(|senses| senses.width(i)) {
+            None => (i, View::Lanes(lane_rows(signal))),
+            Some(width) => (i, View::Own(width)),
+        };
+        let views: Vec<(usize, View)> = deciding.map(view).collect();
         self.deciders =
             views.iter().map(|(i, _)| Decider { signal: *i, ..Decider::default() }).collect();
         let agents = match views.is_empty() {
@@ -209,8 +212,10 @@ impl<L: Learner> Learning<L> {
     ) -> Result<(), String> {
         for (number, own) in self.deciders.iter_mut().enumerate() {
             let (signal, seen) = (&self.signals[own.signal], &observations[own.signal]);
-            let look = |state: &mut Vec<f32>| self.learner.look(number, signal, seen, state);
-            self.senses.observe(own.signal, seen, &mut own.state, look)?;
+            match own_view(&mut self.senses, own.signal) {
+                None => self.learner.look(number, signal, seen, &mut own.state),
+                Some(senses) => senses.observe(own.signal, seen, &mut own.state)?,
+            }
             let (agent, normaliser) = &mut self.agents[if L::IS_SHARED { 0 } else { number }];
             if let Some(normaliser) = normaliser {
                 normaliser.take_in(&mut own.state[L::HEAD..], self.training.active);
@@ -224,10 +229,14 @@ impl<L: Learner> Learning<L> {
     fn learn(&mut self, observations: &[Observation], truncated: bool) -> Result<(), String> {
         for (number, own) in self.deciders.iter_mut().enumerate() {
             let (signal, seen) = (&self.signals[own.signal], &observations[own.signal]);
-            let reward = self.senses.reward(own.signal, seen, L::REWARD)?;
+            let senses = self.senses.as_mut();
+            let reward = senses.map_or(Ok(None), |senses| senses.reward(own.signal, seen))?;
+            let reward = reward.unwrap_or_else(|| L::REWARD(seen));
             self.training.curve.reward += f64::from(reward);
-            let look = |state: &mut Vec<f32>| self.learner.look(number, signal, seen, state);
-            self.senses.observe(own.signal, seen, &mut own.next, look)?;
+            match own_view(&mut self.senses, own.signal) {
+                None => self.learner.look(number, signal, seen, &mut own.next),
+                Some(senses) => senses.observe(own.signal, seen, &mut own.next)?,
+            }
             let (agent, normaliser) = &mut self.agents[if L::IS_SHARED { 0 } else { number }];
             if let Some(normaliser) = normaliser {
                 normaliser.apply(&mut own.next[L::HEAD..]);
@@ -309,7 +318,9 @@ impl<L: Learner> Controller for Learning<L> {
     /// is what RESCO and an equal split do there too: greens that serve no vehicle are none of either.
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         let changed = self.signals != signals;
-        self.senses.begin(signals).map_err(|reason| self.own(reason))?;
+        let senses = self.senses.as_mut();
+        let begun = senses.map_or(Ok(()), |senses| senses.begin(signals));
+        begun.map_err(|reason| self.own(reason))?;
         if changed {
             self.signals = signals.to_vec();
             self.meet()?;
@@ -397,7 +408,7 @@ impl<L: Learner> Controller for Learning<L> {
         senses: Box<dyn Senses>,
     ) -> Result<(), ControlError> {
         self.name = name;
-        self.senses = Given(Some(senses));
+        self.senses = Some(senses);
         Ok(())
     }
 
@@ -455,6 +466,11 @@ impl<L: Learner> Controller for Learning<L> {
         self.training.pending = Some(model);
         Ok(())
     }
+}
+
+/// Returns senses that see something of their own of a signal.
+fn own_view(senses: &mut Option<Box<dyn Senses>>, signal: usize) -> Option<&mut Box<dyn Senses>> {
+    senses.as_mut().filter(|senses| senses.width(signal).is_some())
 }
 
 /// Returns the mean, or nothing of nothing.

@@ -115,13 +115,15 @@ mod tests {
     }
 
     #[test]
-    fn the_longer_queue_is_served() {
-        assert_eq!(choice([2.0, 3.0], [0.0, 0.0]), GreenPhase(1));
-    }
-
-    #[test]
-    fn a_long_queue_whose_exit_is_blocked_is_skipped() {
-        assert_eq!(choice([3.0, 9.0], [0.0, 9.0]), GreenPhase(0));
+    fn the_longer_queue_is_served_unless_its_exit_is_blocked_and_ties_go_to_the_first_phase() {
+        for (queues, downstream, phase) in [
+            ([2.0, 3.0], [0.0, 0.0], 1),
+            ([3.0, 9.0], [0.0, 9.0], 0),
+            ([0.0, 0.0], [0.0, 0.0], 0),
+            ([4.0, 4.0], [0.0, 0.0], 0),
+        ] {
+            assert_eq!(choice(queues, downstream), GreenPhase(phase), "{queues:?}");
+        }
     }
 
     #[test]
@@ -158,11 +160,5 @@ mod tests {
         let mut phases = [GreenPhase(9)];
         controller.act(&[observation([3.0, 4.0], [0.0, 0.0])], &mut phases).unwrap();
         assert_eq!(phases[0], GreenPhase(1));
-    }
-
-    #[test]
-    fn ties_and_an_empty_intersection_go_to_the_first_phase() {
-        assert_eq!(choice([0.0, 0.0], [0.0, 0.0]), GreenPhase(0));
-        assert_eq!(choice([4.0, 4.0], [0.0, 0.0]), GreenPhase(0));
     }
 }

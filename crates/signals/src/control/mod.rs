@@ -32,6 +32,7 @@ pub mod webster;
 use std::collections::{BTreeMap, BTreeSet};
 
 use osm_signals::Turn;
+use serde::{Serialize, Serializer};
 
 use learners::nn::archive::{Archive, ArchiveError};
 
@@ -45,25 +46,33 @@ use senses::Senses;
 pub struct GreenPhase(pub usize);
 
 /// Vehicles that come from one approach and turn the same way.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Movement {
-    /// RESCO's index: three times the slot of the approach, plus 0 right, 1 through, 2 left.
+    /// RESCO's number: three times the slot of the approach, plus 0 right, 1 through, 2 left.
     /// Approaches of up to four arms take the slots of their headings S, W, N, E; with more arms
     /// they are numbered clockwise from the arm nearest to north. Where lanes of one approach and turn
     /// are not served together, they are several movements; all but one have slots after the arms'.
     pub index: usize,
-    /// The turn; U-turns count as left turns.
+    /// `right`, `through` or `left`; U-turns count as left turns.
+    #[serde(serialize_with = "by_name")]
+    #[cfg_attr(test, schemars(with = "String"))]
     pub turn: Turn,
-    /// Indices into [`SignalSpec::lanes`] from which the movement can be made; lanes are shared
-    /// between movements.
+    /// Positions of its lanes in the signal's; lanes are shared between movements.
     pub lanes: Vec<usize>,
-    /// Indices into [`Observation::downstream_queue`] of the lanes it leads to at another signal.
+    /// Positions in `downstream_queue` of the lanes that it leads to at other signals.
     pub downstream: Vec<usize>,
     /// Indices into [`SignalSpec::lanes`] of those lanes downstream that are this signal's own: where it controls several
     /// nodes, a vehicle passes more than one of its stop lines.
+    #[serde(skip)]
     pub inner: Vec<usize>,
     /// Share of the approach's vehicles that make the movement, where the demand says so.
     pub share: Option<f64>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn by_name<S: Serializer>(turn: &Turn, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(turn.name())
 }
 
 /// A green phase a controller can choose.
@@ -79,10 +88,11 @@ pub struct Phase {
     pub service: Vec<Light>,
 }
 
-/// A lane of a signal.
-#[derive(Debug, Clone, PartialEq)]
+/// An incoming lane.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "Lane"))]
 pub struct LaneSpec {
-    /// SUMO's lane id.
+    /// SUMO's id.
     pub id: String,
     /// Length, metres.
     pub length_m: f64,

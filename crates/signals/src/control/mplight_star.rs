@@ -36,16 +36,3 @@ pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
     let demand = Demand::Full { all_lanes: config.speed_of_all_lanes };
     Box::new(Learning::new(METHOD.name, MpLight::new(config.into(), demand), setup))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::testing::check_learner;
-    use super::*;
-
-    #[test]
-    fn it_learns_and_goes_on_from_a_checkpoint() {
-        check_learner(&|episodes| {
-            create(&Config::default(), &Setup { seed: 7, episodes, ..Setup::default() })
-        });
-    }
-}

@@ -3,13 +3,11 @@
 //! Everything else stays: network, exploration, updates, validation, checkpoints. So two learners that differ in nothing but
 //! the reward, or in nothing but what they see, can be compared.
 
-use std::fmt::{self, Debug};
-
 use super::{Observation, SignalSpec};
 use learners::nn::Activation;
 use learners::nn::sequential::Sequential;
 
-use super::state::{LANE_WIDTH, lane_rows};
+use super::state::LANE_WIDTH;
 
 /// What a learner sees and is paid for in place of its own.
 ///
@@ -43,57 +41,6 @@ pub trait Senses {
     ///
     /// Why there is none.
     fn reward(&mut self, signal: usize, seen: &Observation) -> Result<Option<f32>, String>;
-}
-
-/// The senses that a learner got, if it got any.
-#[derive(Default)]
-pub(super) struct Given(pub(super) Option<Box<dyn Senses>>);
-
-impl Debug for Given {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Given").field(&self.0.is_some()).finish()
-    }
-}
-
-impl Given {
-    /// As [`Senses::begin`].
-    pub(super) fn begin(&mut self, signals: &[SignalSpec]) -> Result<(), String> {
-        self.0.as_mut().map_or(Ok(()), |senses| senses.begin(signals))
-    }
-
-    /// Returns what is seen of a signal.
-    pub(super) fn view(&self, signal: usize, spec: &SignalSpec) -> View {
-        match self.0.as_ref().and_then(|senses| senses.width(signal)) {
-            None => View::Lanes(lane_rows(spec)),
-            Some(width) => View::Own(width),
-        }
-    }
-
-    /// Writes what is seen of a signal: by these senses, else by `own`.
-    pub(super) fn observe(
-        &mut self,
-        signal: usize,
-        seen: &Observation,
-        state: &mut Vec<f32>,
-        own: impl FnOnce(&mut Vec<f32>),
-    ) -> Result<(), String> {
-        match self.0.as_mut().filter(|senses| senses.width(signal).is_some()) {
-            None => own(state),
-            Some(senses) => senses.observe(signal, seen, state)?,
-        }
-        Ok(())
-    }
-
-    /// Returns what the interval that has passed at a signal was worth: by these senses, else `own`.
-    pub(super) fn reward(
-        &mut self,
-        signal: usize,
-        seen: &Observation,
-        own: fn(&Observation) -> f32,
-    ) -> Result<f32, String> {
-        let replaced = self.0.as_mut().map_or(Ok(None), |senses| senses.reward(signal, seen))?;
-        Ok(replaced.unwrap_or_else(|| own(seen)))
-    }
 }
 
 /// What a network sees of a signal.

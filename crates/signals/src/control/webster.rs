@@ -184,18 +184,9 @@ mod tests {
         // Ratios 0.25 and 0.5: cycle (1.5 * 8 + 5) / 0.25 = 68 s, green 62 s, split 1 to 2.
         let greens = greens(&two_phase_signal(), &[0, 1], &[450.0, 900.0], &CONSTANTS);
         assert_eq!(greens, [21.0, 41.0]);
-    }
-
-    #[test]
-    fn an_oversaturated_signal_gets_the_longest_cycle() {
-        let greens = greens(&two_phase_signal(), &[0, 1], &[1800.0, 1800.0], &CONSTANTS);
-        assert_eq!(greens, [57.0, 57.0]);
-    }
-
-    #[test]
-    fn an_empty_signal_gets_the_shortest_cycle() {
-        let greens = greens(&two_phase_signal(), &[0, 1], &[0.0, 0.0], &CONSTANTS);
-        assert_eq!(greens, [7.0, 7.0]);
+        // An oversaturated signal gets the longest cycle, and an empty one the shortest.
+        let of = |flow| super::greens(&two_phase_signal(), &[0, 1], &[flow; 2], &CONSTANTS);
+        assert_eq!((of(1800.0), of(0.0)), (vec![57.0; 2], vec![7.0; 2]));
     }
 
     fn limited(low: [f64; 2], high: [f64; 2], cycle: [f64; 2]) -> SignalSpec {

@@ -23,7 +23,6 @@ use crate::vocabulary::Light;
 
 use super::movements::{RawMovement, raw_movements, turn_of};
 use super::pairs::{Naming, names};
-use super::world::TurnShare;
 
 /// Program that generated networks carry beside netconvert's default one: the phases to choose
 /// from.
@@ -340,18 +339,16 @@ pub(super) fn share_turns(
     spec: &mut SignalSpec,
     movement_ways: &[Vec<(usize, usize)>],
     (scene, signal): (&Scene, &SignalInfo),
-    shares: &[TurnShare],
+    shares: &[(String, String, f64)],
 ) {
     for (movement, ways) in spec.movements.iter_mut().zip(movement_ways) {
         let links = || ways.iter().map(|(index, number)| &signal.links[*index][*number]);
-        let comes =
-            |share: &TurnShare, link: &Link| edge(&scene.lanes[link.from_lane].id) == share.from;
-        let ways = |share: &&TurnShare| {
-            links().any(|link| comes(share, link) && edge(&link.to_lane) == share.to)
+        let comes = |from: &str, link: &Link| edge(&scene.lanes[link.from_lane].id) == from;
+        let ways = |(from, to, _): &&(String, String, f64)| {
+            links().any(|link| comes(from, link) && edge(&link.to_lane) == to)
         };
-        let is_known = shares.iter().any(|share| links().any(|link| comes(share, link)));
-        movement.share =
-            is_known.then(|| shares.iter().filter(ways).map(|share| share.share).sum());
+        let is_known = shares.iter().any(|(from, ..)| links().any(|link| comes(from, link)));
+        movement.share = is_known.then(|| shares.iter().filter(ways).map(|share| share.2).sum());
     }
 }
 
@@ -418,11 +415,7 @@ mod tests {
         assert_eq!(own(&["Grr", "Grr"]).1, texts(&["Grr"]));
     }
 
-    fn share(from: &str, to: &str, share: f64) -> TurnShare {
-        TurnShare { from: from.into(), to: to.into(), share }
-    }
-
-    fn shares(turn_shares: Vec<TurnShare>) -> Vec<Option<f64>> {
+    fn shares(turn_shares: Vec<(String, String, f64)>) -> Vec<Option<f64>> {
         let dir = tempfile::tempdir().unwrap();
         let mut env: SignalEnv<MockSim> = env(vec![], dir.path());
         env.world_mut().turn_shares = turn_shares;
@@ -432,7 +425,8 @@ mod tests {
 
     #[test]
     fn movements_have_the_shares_that_the_demand_says_of_their_edges() {
-        let known = vec![share("s", "x", 0.75), share("s", "y", 0.25)];
+        let known = [("s", "x", 0.75), ("s", "y", 0.25)];
+        let known = known.map(|(from, to, share)| (from.into(), to.into(), share)).to_vec();
         assert_eq!(shares(known), [Some(0.75), None]);
         assert_eq!(shares(vec![]), [None, None]);
     }

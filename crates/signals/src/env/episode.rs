@@ -45,7 +45,7 @@ pub fn run_episode<S: Sim>(
         if decides {
             controller.act(env.observations(), &mut phases)?;
         }
-        let truncated = env.step(&phases)?.truncated;
+        let truncated = env.step(&phases)?;
         if decides {
             controller.observe(env.observations(), truncated);
         }
@@ -134,17 +134,13 @@ mod tests {
     }
 
     #[test]
-    fn an_episode_is_truncated_at_the_end_and_never_terminated() {
+    fn an_episode_is_truncated_at_the_end() {
         let dir = tempfile::tempdir().unwrap();
         let mut env = env(vec![], dir.path());
         env.reset(1).unwrap();
         env.drive(&[Drive::Decisions]).unwrap();
         let steps: Vec<_> = (0..6).map(|_| env.step(&[GreenPhase(0)]).unwrap()).collect();
-        assert!(steps.iter().all(|s| !s.terminated));
-        assert_eq!(
-            steps.iter().map(|s| s.truncated).collect::<Vec<_>>(),
-            [false, false, false, false, false, true]
-        );
+        assert_eq!(steps, [false, false, false, false, false, true]);
     }
 
     #[test]

@@ -26,6 +26,6 @@ pub mod world;
 
 pub use episode::run_episode;
 pub use metrics::EpisodeMetrics;
-pub use signal_env::{SignalEnv, Step};
+pub use signal_env::SignalEnv;
 pub use warnings::{Warning, warnings};
 pub use world::World;

@@ -43,11 +43,14 @@ pub struct Observer {
     delta_time_s: f64,
     memory: Vec<Memory>,
     round: u32,
-    lanes: Vec<LaneObservation>,
+    /// What was seen on each lane of the scene at the last decision.
+    pub(super) lanes: Vec<LaneObservation>,
     /// Signal of each lane.
     signals: Vec<u32>,
-    halting: u32,
-    counts: Vec<u32>,
+    /// Vehicles that halt now on all incoming lanes, at any distance.
+    pub(super) halting: u32,
+    /// Vehicles that have been seen so far on each lane of the scene, its pieces upstream included.
+    pub(super) counts: Vec<u32>,
     /// Number of the movement by signal, link index and number among the links of that index; those of all
     /// signals are numbered in a row.
     movements: Vec<Vec<Vec<Option<u32>>>>,
@@ -161,22 +164,6 @@ impl Observer {
         observation.seen.clear();
         observation.seen.extend(seen);
     }
-
-    /// Returns what was seen on each lane of the scene at the last decision.
-    pub fn lanes(&self) -> &[LaneObservation] {
-        &self.lanes
-    }
-
-    /// Returns the vehicles that halt now on all incoming lanes, at any distance.
-    pub fn halting(&self) -> u32 {
-        self.halting
-    }
-
-    /// Returns how many vehicles have been seen so far on each lane of the scene, its pieces upstream
-    /// included.
-    pub fn counts(&self) -> &[u32] {
-        &self.counts
-    }
 }
 
 #[cfg(test)]
@@ -220,17 +207,20 @@ mod tests {
     }
 
     #[test]
-    fn waiting_is_forgotten_when_a_vehicle_leaves_the_zone() {
+    fn waits_add_up_and_end_with_the_zone_in_which_a_vehicle_counts_once_per_lane() {
         let mut observer = observer();
-        update(&mut observer, &[at(0, 20.0, 0.0, 4.0)]);
+        let lane = update(&mut observer, &[at(0, 5.0, 0.0, 7.0), at(1, 12.0, 0.0, 3.0)]);
+        assert_eq!((lane.max_wait_s, lane.total_wait_s), (7.0, 10.0));
         update(&mut observer, &[]);
         assert_eq!(update(&mut observer, &[at(0, 20.0, 5.0, 0.0)]).approach, 1.0);
+        let beyond = update(&mut observer, &[at(2, 200.1, 0.0, 9.0)]);
+        assert_eq!((beyond.queue, beyond.approach, observer.halting), (0.0, 0.0, 1));
+        assert_eq!(observer.counts, [3, 0]);
     }
 
     #[test]
     fn waiting_at_one_signal_is_nothing_to_the_next() {
-        let lane =
-            |id: &str| Lane { id: id.into(), length_m: 300.0, speed_mps: 14.0, ..Lane::default() };
+        let lane = |id: &str| Lane { id: id.into(), ..Lane::default() };
         let signal = |from_lane| SignalInfo {
             links: vec![vec![Link::new(from_lane, "x_0", Direction::Straight)]],
             ..SignalInfo::default()
@@ -242,29 +232,6 @@ mod tests {
         let moved_on = VehicleState { lane: 1, ..at(0, 90.0, 13.0, 0.0) };
         update(&mut observer, &[moved_on]);
         assert_eq!((observer.lanes[1].approach, observer.lanes[1].queue), (1.0, 0.0));
-    }
-
-    #[test]
-    fn a_vehicle_beyond_the_zone_halts_unseen() {
-        let mut observer = observer();
-        let lane = update(&mut observer, &[at(0, 200.1, 0.0, 9.0)]);
-        assert_eq!((lane.queue, lane.approach), (0.0, 0.0));
-        assert_eq!(observer.halting(), 1);
-    }
-
-    #[test]
-    fn the_longest_wait_and_the_sum_are_told_apart() {
-        let mut observer = observer();
-        let lane = update(&mut observer, &[at(0, 5.0, 0.0, 7.0), at(1, 12.0, 0.0, 3.0)]);
-        assert_eq!((lane.max_wait_s, lane.total_wait_s), (7.0, 10.0));
-    }
-
-    #[test]
-    fn a_vehicle_is_counted_once_per_lane() {
-        let mut observer = observer();
-        update(&mut observer, &[at(0, 90.0, 9.0, 0.0)]);
-        update(&mut observer, &[at(0, 50.0, 9.0, 0.0), at(1, 90.0, 9.0, 0.0)]);
-        assert_eq!(observer.counts(), [2, 0]);
     }
 
     #[test]

@@ -204,15 +204,19 @@ mod tests {
         assert_eq!([change(0, 1), change(1, 0)], [vec![(2, 3)], vec![(3, 3)]]);
         assert_eq!(change(1, 1), []);
         assert_eq!(table.program.phases[3].state, "ry");
+        let settings = SignalSettings { all_red_s: 2, ..SignalSettings::default() };
+        let table = DecisionProgram::new(&limited(&settings));
+        assert_eq!(*table.change(GreenPhase(0), GreenPhase(1)), [(2, 3), (3, 2)]);
+        assert_eq!(table.program.phases[3].state, "rr");
     }
 
     #[test]
-    fn all_red_follows_yellow_where_there_is_any() {
-        let settings = SignalSettings { all_red_s: 2, ..SignalSettings::default() };
-        let table = DecisionProgram::new(&limited(&settings));
-        let change = table.change(GreenPhase(0), GreenPhase(1));
-        assert_eq!(*change, [(2, 3), (3, 2)]);
-        assert_eq!(table.program.phases[3].state, "rr");
+    fn greens_of_a_cycle_are_followed_by_yellow_unless_there_is_one() {
+        let split = program(&signal(), &Drive::OwnEqualSplit(35.0)).unwrap().unwrap();
+        assert_eq!(states(&split), [("Gr", 35.0), ("yr", 3.0), ("rG", 35.0), ("ry", 3.0)]);
+        let cycle = |phase| program(&signal(), &Drive::Cycle(vec![(GreenPhase(phase), 20.0)]));
+        assert_eq!(states(&cycle(1).unwrap().unwrap()), [("rG", 20.0)]);
+        assert!(cycle(7).is_err(), "there is no such phase");
     }
 
     #[test]
@@ -229,12 +233,6 @@ mod tests {
     }
 
     #[test]
-    fn an_equal_split_has_yellow_after_each_green() {
-        let program = program(&signal(), &Drive::OwnEqualSplit(35.0)).unwrap().unwrap();
-        assert_eq!(states(&program), [("Gr", 35.0), ("yr", 3.0), ("rG", 35.0), ("ry", 3.0)]);
-    }
-
-    #[test]
     fn a_cycle_is_aligned_with_its_offset() {
         let program = program(&signal(), &Drive::OwnEqualSplit(35.0)).unwrap().unwrap();
         assert_eq!(aligned(&program, 0.0, 0.0), Some((0, 35.0)));
@@ -242,16 +240,5 @@ mod tests {
         assert_eq!(aligned(&program, 30.0, 66.0), Some((1, 2.0)));
         assert_eq!(aligned(&program, 30.0, 0.0), Some((2, 27.0)));
         assert_eq!(aligned(&DecisionProgram::new(&signal()).program, 0.0, 7.0), None);
-    }
-
-    #[test]
-    fn a_cycle_of_one_phase_has_no_yellow() {
-        let drive = Drive::Cycle(vec![(GreenPhase(1), 20.0)]);
-        assert_eq!(states(&program(&signal(), &drive).unwrap().unwrap()), [("rG", 20.0)]);
-    }
-
-    #[test]
-    fn a_cycle_of_a_phase_that_is_not_there_is_refused() {
-        assert!(program(&signal(), &Drive::Cycle(vec![(GreenPhase(7), 20.0)])).is_err());
     }
 }

@@ -9,7 +9,9 @@ use crate::existing::{Control, ExistingPlan};
 use crate::program::{self, SignalProgram};
 use crate::settings::{SignalSettings, SimulationSettings};
 use crate::sim::error::SimError;
-use crate::sim::{Program, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo};
+use crate::sim::{
+    Program, ProgramPhase, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo,
+};
 use crate::timing::Timing;
 use basics::units::SECONDS_PER_HOUR;
 
@@ -26,30 +28,20 @@ use super::side::as_right_hand;
 use super::signal::{aligned, fixed, program};
 use super::world::World;
 
-/// State of the decision process after a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Step {
-    /// The process has reached a terminal state; signal control has none.
-    pub terminated: bool,
-    /// The time span of the world is over.
-    pub truncated: bool,
-}
-
 /// A program that runs on a signal without a controller's decisions.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Running {
+struct Running {
     /// SUMO's id of the signal.
-    pub signal: String,
+    signal: String,
     /// Whether it is the network's own, untouched.
-    pub own: bool,
+    own: bool,
     /// When its first phase begins, seconds after time 0 and its multiples of the cycle.
-    pub offset_s: f64,
+    offset_s: f64,
     /// The program.
-    pub program: Program,
+    program: Program,
 }
 
 /// The signals of a world as a decision process.
-#[derive(Debug)]
 pub struct SignalEnv<S> {
     sim: S,
     world: World,
@@ -84,8 +76,9 @@ pub struct SignalEnv<S> {
     nearest_m: Vec<f64>,
     time_s: f64,
     counts: StepCounts,
-    /// Whether the next episodes say what they are made of.
-    collects_movements: bool,
+    /// Whether the next episodes collect their movements, which takes the routes of all their vehicles, and who drives along
+    /// streets.
+    pub(crate) collects_movements: bool,
     by_movement: Option<ByMovement>,
     along: Option<Along>,
     /// By signal, what SUMO was told to show, with since when, seconds; absent where nobody asks.
@@ -190,12 +183,6 @@ impl<S: Sim> SignalEnv<S> {
         (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
         self.told.iter_mut().for_each(|told| *told = vec![Vec::new(); self.signals.len()]);
         Ok(())
-    }
-
-    /// Says whether the next episodes collect their movements, which takes the routes of all their vehicles, and who drives
-    /// along streets.
-    pub fn collect_movements(&mut self, collects: bool) {
-        self.collects_movements = collects;
     }
 
     /// Has what signals show in the next episodes kept.
@@ -414,30 +401,28 @@ impl<S: Sim> SignalEnv<S> {
         self.observe()
     }
 
-    /// Returns the programs that all signals run since [`Self::drive`], in their order; `None` where a
-    /// controller decides one of them, whose behaviour is then no program.
-    pub fn programs(&self) -> Option<Vec<Running>> {
-        self.programs.iter().cloned().collect::<Option<Vec<_>>>().filter(|all| !all.is_empty())
-    }
-
-    /// Returns the programs of the signals that run one.
-    pub fn programs_of_some(&self) -> impl Iterator<Item = Running> + '_ {
-        self.programs.iter().flatten().cloned()
-    }
-
-    /// Returns what the times of a signal follow from.
-    pub fn timing(&self, signal: &str) -> Option<&Timing> {
-        let index = self.specs.iter().position(|spec| spec.id == signal)?;
-        Some(&self.signals[index].timing)
-    }
-
-    /// Returns per link of a signal of a SUMO scenario the names of its movements, with spaces between several; nothing for
-    /// generated networks.
-    pub fn names_of_links(&self, signal: &str) -> Vec<String> {
-        let is_imported = self.world.routes.is_none();
-        let signal = self.scene.signals.iter().find(|own| is_imported && own.id == signal);
-        let names = signal.map(|signal| link_names(&self.scene, signal, self.world.side));
-        names.unwrap_or_default().iter().map(|names| names.join(" ")).collect()
+    /// Returns what the signals run since [`Self::drive`], as records keep it: programs, unless a controller decides one of
+    /// them, whose behaviour is then no program, and what those in two rings are told.
+    pub fn programs(&self) -> Vec<SignalProgram> {
+        let signals = || self.scene.signals.iter().zip(&self.signals);
+        let names = |signal: &SignalInfo| link_names(&self.scene, signal, self.world.side);
+        let sheet = |((signal, _), rings): ((&SignalInfo, _), &Option<DualRing>)| {
+            Some(rings.as_ref()?.program(&signal.id, &names(signal)))
+        };
+        let sheets: Vec<SignalProgram> = signals().zip(&self.rings).filter_map(sheet).collect();
+        let kept = |((signal, derived), running): ((_, &DerivedSignal), &Option<Running>)| {
+            let names = match self.world.routes {
+                None => names(signal),
+                Some(_) => Vec::new(),
+            };
+            let names = names.iter().map(|names| names.join(" ")).collect();
+            Some(kept(&derived.timing, names, running.clone()?))
+        };
+        // Within a common cycle, signals without rings have a fixed cycle that belongs to it.
+        let is_whole = self.programs.iter().all(Option::is_some)
+            || sheets.iter().any(|sheet| sheet.cycle_s.is_some());
+        let running = signals().zip(&self.programs).filter(|_| is_whole);
+        running.filter_map(kept).chain(sheets).collect()
     }
 
     /// Returns the phases of the signals that run in two rings, in words, by signal.
@@ -446,24 +431,15 @@ impl<S: Sim> SignalEnv<S> {
         rings.filter_map(|(spec, rings)| Some((spec.id.as_str(), rings.as_ref()?.describe())))
     }
 
-    /// Returns what the signals that run in two rings are told, as a cabinet is.
-    pub fn cabinet_sheets(&self) -> Vec<SignalProgram> {
-        let rings = self.scene.signals.iter().zip(&self.rings);
-        let sheet = |(signal, rings): (&SignalInfo, &Option<DualRing>)| {
-            let names = link_names(&self.scene, signal, self.world.side);
-            Some(rings.as_ref()?.program(&signal.id, &names))
-        };
-        rings.filter_map(sheet).collect()
-    }
-
     /// Asks for one green phase per signal for the next interval, and lets it go by: a signal that
     /// changes shows yellow and all-red first. Signals keep to their limits, see [`Cabinet`]; those with
-    /// a program of their own ignore their entry.
+    /// a program of their own ignore their entry. Returns whether the time span of the world is over; signal control has no
+    /// terminal state.
     ///
     /// # Errors
     ///
     /// [`SimError`] when the simulation fails or a phase does not exist.
-    pub fn step(&mut self, actions: &[GreenPhase]) -> Result<Step, SimError> {
+    pub fn step(&mut self, actions: &[GreenPhase]) -> Result<bool, SimError> {
         let mut left_s = self.signal_settings.delta_time_s;
         for ((cabinet, action), pedestrians) in
             self.cabinets.iter_mut().zip(actions).zip(&self.pedestrians)
@@ -510,12 +486,12 @@ impl<S: Sim> SignalEnv<S> {
         self.observe()?;
         self.decisions += 1;
         if let Some(by_movement) = &mut self.by_movement {
-            by_movement.decide(self.observer.lanes());
+            by_movement.decide(&self.observer.lanes);
         }
-        let queue = f64::from(self.observer.halting());
+        let queue = f64::from(self.observer.halting);
         self.queue_sum += queue;
         self.queue_max = self.queue_max.max(queue);
-        Ok(Step { terminated: false, truncated: self.time_s >= self.world.end_s })
+        Ok(self.time_s >= self.world.end_s)
     }
 
     /// Lets pedestrians come to the signals that a controller decides, and those go who see WALK.
@@ -650,17 +626,15 @@ impl<S: Sim> SignalEnv<S> {
             totals.wait_s += own.wait_s;
         }
         let path = self.scratch.join("tripinfo.xml");
-        let (trips, movements) = match (&mut self.by_movement, &self.world.ways) {
-            (Some(by_movement), Some(ways)) => {
-                let (totals, trips) = tripinfo::read_each(&path)?;
-                (totals, by_movement.finish(&trips, &ways(self.seed)))
-            }
-            _ => (tripinfo::read(&path)?, Vec::new()),
+        let (totals, trips) = tripinfo::read(&path)?;
+        let movements = match (&mut self.by_movement, &self.world.ways) {
+            (Some(by_movement), Some(ways)) => by_movement.finish(&trips, &ways(self.seed)),
+            _ => Vec::new(),
         };
         let hours = (self.time_s - self.world.begin_s) / SECONDS_PER_HOUR;
-        let flow = |lane: &usize| f64::from(self.observer.counts()[*lane]) / hours;
+        let flow = |lane: &usize| f64::from(self.observer.counts[*lane]) / hours;
         Ok(EpisodeMetrics {
-            trips,
+            trips: totals,
             movements,
             streets: self.along.take().map(Along::finish).unwrap_or_default(),
             counts: self.counts,
@@ -674,6 +648,37 @@ impl<S: Sim> SignalEnv<S> {
                 .collect(),
         })
     }
+}
+
+/// Returns a program as records keep it.
+/// * `links` — per link the names of its movements.
+fn kept(timing: &Timing, links: Vec<String>, running: Running) -> SignalProgram {
+    let (kind, max_gap_s) = (running.program.kind, running.program.max_gap_s);
+    let bounds = |p: &ProgramPhase| {
+        let varies = kind != program::ProgramKind::Static
+            && (p.min_s, p.max_s) != (p.duration_s, p.duration_s);
+        // JSON has no infinities.
+        [p.min_s, p.max_s].map(|s| Some(s).filter(|s| varies && s.is_finite()))
+    };
+    let shortest_s = |p: &ProgramPhase| bounds(p)[0].unwrap_or(p.duration_s);
+    let phases = &running.program.phases;
+    let shown: Vec<(&str, f64)> =
+        phases.iter().map(|p| (p.state.as_str(), shortest_s(p))).collect();
+    let walks = timing.longest_walks(&shown);
+    let phase = |(p, people): (ProgramPhase, Option<[u32; 2]>)| {
+        let [min_s, max_s] = bounds(&p);
+        program::ProgramPhase {
+            state: p.state,
+            duration_s: p.duration_s,
+            min_s,
+            max_s,
+            walk_s: people.map(|[walk_s, _]| walk_s),
+            clearance_s: people.map(|[_, clearance_s]| clearance_s),
+        }
+    };
+    let phases = running.program.phases.into_iter().zip(walks).map(phase).collect();
+    let Running { signal, own, offset_s, .. } = running;
+    SignalProgram { own, offset_s, max_gap_s, links, ..SignalProgram::new(signal, kind, phases) }
 }
 
 /// Returns the program of an existing plan; `None` for one that sees vehicles.

@@ -1,7 +1,6 @@
 //! What an episode simulates: a SUMO configuration, its time span, and where its vehicles come from.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use osm_signals::DrivingSide;
@@ -36,8 +35,9 @@ pub struct World {
     pub ways: Option<Ways>,
     /// Side of the street that traffic keeps to.
     pub side: DrivingSide,
-    /// How vehicles turn, where the demand says so.
-    pub turn_shares: Vec<TurnShare>,
+    /// How vehicles turn, where the demand says so: the edge that leads to a signal, the one behind it, and the share; those
+    /// of one edge sum to 1.
+    pub turn_shares: Vec<(String, String, f64)>,
     /// Turn lanes that are shorter than their street.
     pub bays: Bays,
     /// People per hour who cross the street of an edge at the signal, where they were counted.
@@ -49,29 +49,6 @@ pub struct World {
     /// Whether programs change by the clock as they do in the scenario, which would take signals away from whoever
     /// decides them.
     pub day_plan: bool,
-}
-
-/// Share of the vehicles of one edge that go to another.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TurnShare {
-    /// SUMO's id of the edge that leads to a signal.
-    pub from: String,
-    /// SUMO's id of the edge behind it.
-    pub to: String,
-    /// Share; those of one edge sum to 1.
-    pub share: f64,
-}
-
-impl fmt::Debug for World {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("World")
-            .field("config", &self.config)
-            .field("begin_s", &self.begin_s)
-            .field("end_s", &self.end_s)
-            .field("steps_per_second", &self.steps_per_second)
-            .field("routes", &self.routes.is_some())
-            .finish()
-    }
 }
 
 impl World {

@@ -71,33 +71,23 @@ impl Storage {
     }
 }
 
-/// Turn lanes that begin some way before the stop line.
-#[derive(Debug, Clone, Copy, Default)]
-struct Bay {
-    /// Length, metres.
-    length_m: f64,
-    /// Lanes; 0 without a bay.
-    lanes: u32,
-}
-
-/// Returns the bays of an arm to the left and to the right, which leave one lane at least.
-fn bays(spec: &IntersectionSpec, index: usize) -> [Bay; 2] {
+/// Returns the bays of an arm to the left and to the right, which leave one lane at least: length, metres, and lanes.
+fn bays(spec: &IntersectionSpec, index: usize) -> [(f64, u32); 2] {
     let arm = &spec.arms[index];
     let storage = Storage::of(arm);
     let bay = |turn: Turn, lanes: u32| {
         let length_m = storage.and_then(|s| s.of_turn(turn));
-        length_m.map_or_else(Bay::default, |length_m| Bay { length_m, lanes })
+        length_m.map_or((0.0, 0), |length_m| (length_m, lanes))
     };
     let mut left = bay(Turn::Left, arm.left_turn_lanes);
     let mut right = bay(Turn::Right, arm.right_turn_lanes);
-    if left.lanes + right.lanes >= arm.lanes_in {
+    if left.1 + right.1 >= arm.lanes_in {
         let [left_only, right_only] = turn_only_lanes(spec, index);
-        left.lanes = left.lanes.min(left_only);
-        right.lanes = right.lanes.min(right_only);
-        if left.lanes + right.lanes == arm.lanes_in {
-            let some = [&mut right, &mut left].into_iter().filter(|bay| bay.lanes > 0);
-            if let Some(longer) = some.max_by(|a, b| a.length_m.total_cmp(&b.length_m)) {
-                longer.lanes -= 1;
+        (left.1, right.1) = (left.1.min(left_only), right.1.min(right_only));
+        if left.1 + right.1 == arm.lanes_in {
+            let some = [&mut right, &mut left].into_iter().filter(|bay| bay.1 > 0);
+            if let Some(longer) = some.max_by(|a, b| a.0.total_cmp(&b.0)) {
+                longer.1 -= 1;
             }
         }
     }
@@ -111,8 +101,7 @@ pub fn pieces(spec: &IntersectionSpec, index: usize) -> Vec<Piece> {
         return Vec::new();
     }
     let bays = bays(spec, index);
-    let mut ends_m: Vec<f64> =
-        bays.iter().filter(|bay| bay.lanes > 0).map(|bay| bay.length_m).collect();
+    let mut ends_m: Vec<f64> = bays.iter().filter(|bay| bay.1 > 0).map(|bay| bay.0).collect();
     ends_m.sort_by(f64::total_cmp);
     ends_m.dedup();
     let edges = [incoming_edge(index), format!("up{index}"), format!("far{index}")];
@@ -121,7 +110,7 @@ pub fn pieces(spec: &IntersectionSpec, index: usize) -> Vec<Piece> {
     let mut to_m = 0.0;
     for (k, edge) in edges.into_iter().take(ends_m.len() + 1).enumerate() {
         let begins_m = ends_m.get(k).copied().unwrap_or(arm.length_m);
-        let [left, right] = bays.map(|bay| if bay.length_m <= to_m { bay.lanes } else { 0 });
+        let [left, right] = bays.map(|(length_m, lanes)| if length_m <= to_m { lanes } else { 0 });
         pieces.push(Piece {
             edge,
             from: nodes

@@ -181,8 +181,8 @@ fn build_one(
         .tempdir_in(out)
         .map_err(FileError::at("create a folder in", out))?;
     let point = &spec.point;
-    let built = netconvert.build(spec, scenario, temporary.path())?;
-    let net = NetFile::parse(&built.text)
+    let (text, layout, phases) = netconvert.build(spec, scenario, temporary.path())?;
+    let net = NetFile::parse(&text)
         .map_err(|reason| NetworkError::Unsound { point: point.clone(), reason })?;
     validate(spec, &net, scenario.network.exit_length_m)?;
     let vehicles = DemandSpec::from_intersection(spec, &scenario.demand)?;
@@ -192,7 +192,7 @@ fn build_one(
     let path = |ending| made.join(file_name(point, ending));
     vehicles.write_routes(ROUTES_SEED, &path("rou.xml"))?;
     let texts = [
-        ("net.xml", built.text),
+        ("net.xml", text),
         ("demand.json", vehicles.to_json()),
         ("sumocfg", configuration(point, scenario.demand.horizon_s)),
     ];
@@ -208,8 +208,8 @@ fn build_one(
         point: point.clone(),
         netconvert: netconvert.version.clone(),
         arms: spec.arms.len(),
-        links: built.layout.connections.len(),
-        phases: built.phases.len(),
+        links: layout.connections.len(),
+        phases: phases.len(),
         spec_sha256: spec_sha256.to_owned(),
         sha256: hashes,
     };

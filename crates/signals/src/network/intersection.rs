@@ -94,13 +94,10 @@ impl IntersectionSpec {
             lanes_out: (lanes / 2).max(1),
             left_turn_lanes: left,
             right_turn_lanes: right,
-            left_storage_m: None,
-            right_storage_m: None,
             speed_mps: mph_to_mps(features.speed_mph),
             length_m: features.length_m,
             inflow_vph: features.inflow_vph * (1.0 + approach_spread * steps / 5.0_f64.sqrt()),
-            turns: None,
-            counted: None,
+            ..Arm::default()
         };
         Self { point: point.to_owned(), arms: FOUR_ARMS.map(arm).to_vec(), side }
     }
@@ -197,26 +194,23 @@ mod tests {
     use super::*;
     use crate::settings::MAX_APPROACH_SPREAD;
 
-    fn six(lanes: f64, left: f64, right: f64) -> IntersectionSpec {
-        let values = [lanes, 30.0, 300.0, 500.0, left, right];
-        IntersectionSpec::from_six_features(
-            "p",
-            &SixFeatures::from_array(values),
-            0.0,
-            DrivingSide::Right,
-        )
+    fn arms([lanes, left, right]: [f64; 3], approach_spread: f64) -> Vec<Arm> {
+        let features = SixFeatures::from_array([lanes, 30.0, 300.0, 500.0, left, right]);
+        let side = DrivingSide::Right;
+        IntersectionSpec::from_six_features("p", &features, approach_spread, side).arms
     }
 
     /// Inflows of a point MDP of 500 veh/h per approach: north, east, south, west.
     fn inflows(approach_spread: f64) -> Vec<f64> {
-        let features = SixFeatures::from_array([4.0, 30.0, 300.0, 500.0, 0.0, 0.0]);
-        let spec = IntersectionSpec::from_six_features(
-            "p",
-            &features,
-            approach_spread,
-            DrivingSide::Right,
-        );
-        spec.arms.iter().map(|a| a.inflow_vph).collect()
+        arms([4.0, 0.0, 0.0], approach_spread).iter().map(|a| a.inflow_vph).collect()
+    }
+
+    #[test]
+    fn incoming_lanes_are_half_rounded_up_and_leave_one_beside_the_turn_lanes() {
+        let arm = &arms([5.0, 0.0, 0.0], 0.0)[0];
+        assert_eq!((arm.lanes_in, arm.lanes_out), (3, 2));
+        assert_eq!(arms([2.0, 1.0, 1.0], 0.0)[2].lanes_in, 3);
+        assert!(inflows(MAX_APPROACH_SPREAD).iter().all(|q| *q > 0.0));
     }
 
     #[test]
@@ -227,23 +221,5 @@ mod tests {
         assert!((mean - 500.0).abs() < 1e-9 && (variance.sqrt() / mean - 0.4).abs() < 1e-12);
         let [north, east, south, west] = inflows[..] else { unreachable!() };
         assert!(north > south && south > east && east > west && north + south > east + west);
-    }
-
-    #[test]
-    fn the_largest_spread_leaves_no_approach_without_vehicles() {
-        assert!(inflows(MAX_APPROACH_SPREAD).iter().all(|q| *q > 0.0));
-    }
-
-    #[test]
-    fn incoming_lanes_are_half_rounded_up() {
-        assert_eq!(
-            (six(5.0, 0.0, 0.0).arms[0].lanes_in, six(5.0, 0.0, 0.0).arms[0].lanes_out),
-            (3, 2)
-        );
-    }
-
-    #[test]
-    fn incoming_lanes_leave_one_beside_the_turn_lanes() {
-        assert_eq!(six(2.0, 1.0, 1.0).arms[2].lanes_in, 3);
     }
 }

@@ -234,42 +234,25 @@ mod tests {
     }
 
     #[test]
-    fn without_turn_lanes_the_outer_lanes_also_turn() {
-        assert_eq!(lanes(&with(cross(), [3, 0, 0], None)), ["sr", "s", "ls"]);
-    }
-
-    #[test]
-    fn turn_lanes_are_the_outermost_and_relieve_the_shared_ones() {
-        assert_eq!(lanes(&with(cross(), [4, 1, 1], None)), ["r", "s", "s", "l"]);
-    }
-
-    #[test]
-    fn a_left_only_lane_without_a_left_turn_is_shared() {
-        assert_eq!(lanes(&with(cross(), [2, 1, 0], Some("sr"))), ["sr", "s"]);
-    }
-
-    #[test]
-    fn the_last_turn_lane_also_goes_through_if_no_other_lane_does() {
-        assert_eq!(lanes(&with(cross(), [2, 1, 1], None)), ["sr", "l"]);
-        assert_eq!(lanes(&with(cross(), [1, 1, 0], None)), ["lsr"]);
-    }
-
-    #[test]
-    fn lanes_of_a_stem_split_between_left_and_right() {
-        assert_eq!(lanes(&with(wye(), [2, 0, 0], None)), ["r", "l"]);
-        assert_eq!(lanes(&with(wye(), [3, 0, 0], None)), ["r", "lr", "l"]);
-    }
-
-    #[test]
-    fn shared_lanes_of_a_stem_take_the_turn_that_has_no_lane() {
-        assert_eq!(lanes(&with(wye(), [3, 1, 0], None)), ["r", "r", "l"]);
-        assert_eq!(lanes(&with(wye(), [3, 0, 1], None)), ["r", "l", "l"]);
-    }
-
-    #[test]
-    fn lanes_of_an_arm_with_one_turn_all_take_it() {
-        assert_eq!(lanes(&with(wye(), [2, 1, 0], Some("r"))), ["r", "r"]);
-        assert_eq!(lanes(&with(wye(), [2, 0, 2], Some("r"))), ["r", "r"]);
+    fn lanes_serve_the_turns_that_exist_turn_lanes_outermost() {
+        for (spec, arm, named, expected) in [
+            (cross(), [3, 0, 0], None, &["sr", "s", "ls"][..]),
+            (cross(), [4, 1, 1], None, &["r", "s", "s", "l"]),
+            // A lane for a turn that does not exist is shared.
+            (cross(), [2, 1, 0], Some("sr"), &["sr", "s"]),
+            // The last turn lane also goes through if no other lane does.
+            (cross(), [2, 1, 1], None, &["sr", "l"]),
+            (cross(), [1, 1, 0], None, &["lsr"]),
+            // Lanes of a stem split, or take the turn that has none of its own.
+            (wye(), [2, 0, 0], None, &["r", "l"]),
+            (wye(), [3, 0, 0], None, &["r", "lr", "l"]),
+            (wye(), [3, 1, 0], None, &["r", "r", "l"]),
+            (wye(), [3, 0, 1], None, &["r", "l", "l"]),
+            (wye(), [2, 1, 0], Some("r"), &["r", "r"]),
+            (wye(), [2, 0, 2], Some("r"), &["r", "r"]),
+        ] {
+            assert_eq!(lanes(&with(spec, arm, named)), expected, "{arm:?}");
+        }
     }
 
     #[test]

@@ -51,24 +51,6 @@ const CROSS_PRODUCTS: [f64; 3] = [50_000.0, 90_000.0, 110_000.0];
 /// What rounding errors may add to a speed, metres per second.
 const ROUNDING_MPS: f64 = 1e-6;
 
-/// How the left turns of an approach are signalled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Treatment {
-    /// They yield, in the green of their through movement.
-    Permissive,
-    /// They have an arrow, and red while their through movement has green beside the opposing one.
-    Protected,
-    /// Both.
-    ProtectedPermissive,
-}
-
-impl Treatment {
-    /// Whether they have an arrow.
-    pub fn has_arrow(self) -> bool {
-        self != Self::Permissive
-    }
-}
-
 /// Returns how the left turns of every arm are signalled; `None` where the settings leave it to the network.
 pub fn treatments(
     spec: &IntersectionSpec,
@@ -76,22 +58,17 @@ pub fn treatments(
     demand: &DemandSpec,
     network: &NetworkSettings,
     signal: &SignalSettings,
-) -> Option<Vec<Treatment>> {
+) -> Option<Vec<LeftTurns>> {
     let cycle_s = cycle_s(network, (signal.min_cycle_s, signal.max_cycle_s));
-    let asked = match signal.left_turns {
-        LeftTurns::Network => return None,
-        LeftTurns::Permissive => Some(Treatment::Permissive),
-        LeftTurns::Protected => Some(Treatment::Protected),
-        LeftTurns::ProtectedPermissive => Some(Treatment::ProtectedPermissive),
-        LeftTurns::ByRule => None,
+    let of = |arm: usize| match (opposite(&layout.movements, arm), signal.left_turns) {
+        (Some(other), asked) if turns_left_from_its_own_lanes(layout, arm) => match asked {
+            LeftTurns::ByRule => by_rule(spec, layout, demand, cycle_s, [arm, other]),
+            asked => asked,
+        },
+        _ => LeftTurns::Permissive,
     };
-    let of = |arm: usize| match opposite(&layout.movements, arm) {
-        Some(other) if turns_left_from_its_own_lanes(layout, arm) => {
-            asked.unwrap_or_else(|| by_rule(spec, layout, demand, cycle_s, [arm, other]))
-        }
-        _ => Treatment::Permissive,
-    };
-    Some((0..spec.arms.len()).map(of).collect())
+    let is_network = signal.left_turns.is_network();
+    (!is_network).then(|| (0..spec.arms.len()).map(of).collect())
 }
 
 fn by_rule(
@@ -100,7 +77,7 @@ fn by_rule(
     demand: &DemandSpec,
     cycle_s: u32,
     [arm, other]: [usize; 2],
-) -> Treatment {
+) -> LeftTurns {
     let lanes = |arm: usize, turn: Turn| {
         let own =
             layout.connections.iter().filter(|c| (c.movement.from, c.movement.turn) == (arm, turn));
@@ -121,15 +98,15 @@ fn by_rule(
     let per_cycle = left_vph * f64::from(cycle_s) / SECONDS_PER_HOUR;
     let product = CROSS_PRODUCTS[opposing_lanes.clamp(1, CROSS_PRODUCTS.len()) - 1];
     if lanes(arm, Turn::Left) >= PROTECTED_LANES || opposing_lanes >= PROTECTED_OPPOSING_LANES {
-        Treatment::Protected
+        LeftTurns::Protected
     } else if per_cycle <= FEW_PER_CYCLE {
-        Treatment::Permissive
+        LeftTurns::Permissive
     } else if spec.arms[other].speed_mps > mph_to_mps(PROTECTED_SPEED_MPH) + ROUNDING_MPS {
-        Treatment::Protected
+        LeftTurns::Protected
     } else if left_vph * opposing_vph > product {
-        Treatment::ProtectedPermissive
+        LeftTurns::ProtectedPermissive
     } else {
-        Treatment::Permissive
+        LeftTurns::Permissive
     }
 }
 
@@ -140,11 +117,11 @@ mod tests {
     use super::*;
     use crate::settings::DemandSettings;
 
-    fn of(spec: &IntersectionSpec, left_turns: LeftTurns) -> Option<Vec<Treatment>> {
+    fn of(spec: &IntersectionSpec, left_turns: LeftTurns) -> Option<Vec<LeftTurns>> {
         within(spec, &SignalSettings { left_turns, ..SignalSettings::default() })
     }
 
-    fn within(spec: &IntersectionSpec, signal: &SignalSettings) -> Option<Vec<Treatment>> {
+    fn within(spec: &IntersectionSpec, signal: &SignalSettings) -> Option<Vec<LeftTurns>> {
         let demand = DemandSpec::from_intersection(spec, &DemandSettings::default()).unwrap();
         treatments(spec, &layout(spec).unwrap(), &demand, &NetworkSettings::default(), signal)
     }
@@ -158,40 +135,40 @@ mod tests {
         spec
     }
 
-    fn by_rule(spec: &IntersectionSpec) -> Treatment {
+    fn by_rule(spec: &IntersectionSpec) -> LeftTurns {
         of(spec, LeftTurns::ByRule).unwrap()[0]
     }
 
     #[test]
     fn lefts_without_a_lane_or_an_opposing_approach_stay_permissive() {
-        assert_eq!(of(&cross(), LeftTurns::Protected), Some(vec![Treatment::Permissive; 4]));
+        assert_eq!(of(&cross(), LeftTurns::Protected), Some(vec![LeftTurns::Permissive; 4]));
         assert_eq!(of(&cross(), LeftTurns::Network), None);
         let all = of(&with_left_lanes(400.0), LeftTurns::Protected);
-        assert_eq!(all, Some(vec![Treatment::Protected; 4]));
+        assert_eq!(all, Some(vec![LeftTurns::Protected; 4]));
         let mut tee = tee();
         tee.arms.iter_mut().for_each(|arm| arm.left_turn_lanes = 1);
         let stem = of(&tee, LeftTurns::Protected).unwrap()[1];
-        assert_eq!(stem, Treatment::Permissive);
+        assert_eq!(stem, LeftTurns::Permissive);
     }
 
     #[test]
     fn the_rule_looks_at_lanes_then_volumes_then_speeds() {
         // 80 left turns per hour are two per cycle; 90 times 810 are 72,900.
-        assert_eq!(by_rule(&with_left_lanes(800.0)), Treatment::Permissive);
-        assert_eq!(by_rule(&with_left_lanes(900.0)), Treatment::Permissive);
+        assert_eq!(by_rule(&with_left_lanes(800.0)), LeftTurns::Permissive);
+        assert_eq!(by_rule(&with_left_lanes(900.0)), LeftTurns::Permissive);
         // 110 times 990 are 108,900.
-        assert_eq!(by_rule(&with_left_lanes(1100.0)), Treatment::ProtectedPermissive);
+        assert_eq!(by_rule(&with_left_lanes(1100.0)), LeftTurns::ProtectedPermissive);
         let mut fast = with_left_lanes(900.0);
         fast.arms[2].speed_mps = mph_to_mps(45.0);
-        assert_eq!(by_rule(&fast), Treatment::Permissive);
+        assert_eq!(by_rule(&fast), LeftTurns::Permissive);
         fast.arms[2].speed_mps = mph_to_mps(50.0);
-        assert_eq!(by_rule(&fast), Treatment::Protected);
+        assert_eq!(by_rule(&fast), LeftTurns::Protected);
         let mut two = with_left_lanes(100.0);
         (two.arms[0].lanes_in, two.arms[0].left_turn_lanes) = (4, 2);
-        assert_eq!(by_rule(&two), Treatment::Protected);
+        assert_eq!(by_rule(&two), LeftTurns::Protected);
         let mut wide = with_left_lanes(100.0);
         (wide.arms[2].lanes_in, wide.arms[2].lanes_out) = (5, 5);
-        assert_eq!(by_rule(&wide), Treatment::Protected);
+        assert_eq!(by_rule(&wide), LeftTurns::Protected);
     }
 
     #[test]
@@ -204,7 +181,7 @@ mod tests {
             let signal = SignalSettings { max_cycle_s, left_turns, ..SignalSettings::default() };
             within(&spec, &signal).unwrap()[0]
         };
-        assert_eq!(longest(150), Treatment::Protected);
-        assert_eq!(longest(60), Treatment::Permissive);
+        assert_eq!(longest(150), LeftTurns::Protected);
+        assert_eq!(longest(60), LeftTurns::Permissive);
     }
 }

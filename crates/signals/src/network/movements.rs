@@ -131,33 +131,19 @@ mod tests {
         assert_eq!(turns(&tee(), 1), "l2r0", "a stem has only left and right");
         assert_eq!(turns(&tee(), 2), "s0r1");
         assert_eq!(turns(&star(6), 2), "l3l4s5r0r1");
-    }
-
-    #[test]
-    fn of_two_equally_straight_exits_the_right_one_is_through() {
-        assert_eq!(turns(&star(5), 0), "l1l2s3r4");
+        assert_eq!(turns(&star(5), 0), "l1l2s3r4", "of two equally straight the right one");
         assert_eq!(turns(&star(5), 4), "l0l1s2r3");
+        let mut one_way = cross();
+        one_way.arms[2].lanes_out = 0;
+        assert_eq!(turns(&one_way, 0), "l1r3");
     }
 
     #[test]
-    fn a_one_way_arm_that_leads_to_the_signal_is_no_exit() {
-        let mut s = cross();
-        s.arms[2].lanes_out = 0;
-        assert_eq!(turns(&s, 0), "l1r3");
-    }
-
-    #[test]
-    fn named_turns_remove_the_others() {
-        let mut s = cross();
-        s.arms[0].turns = Some(Turns { left: false, ..Turns::ALL });
-        assert_eq!(turns(&s, 0), "s2r3");
-    }
-
-    #[test]
-    fn named_turns_that_geometry_lacks_are_ignored() {
-        let mut s = wye();
-        s.arms[0].turns = Some(Turns { left: false, through: true, right: false });
-        assert_eq!(turns(&s, 0), "l1r2");
+    fn named_turns_remove_the_others_unless_geometry_lacks_them() {
+        let (mut cross, mut wye) = (cross(), wye());
+        cross.arms[0].turns = Some(Turns { left: false, ..Turns::ALL });
+        wye.arms[0].turns = Some(Turns { left: false, through: true, right: false });
+        assert_eq!((turns(&cross, 0), turns(&wye, 0)), ("s2r3".into(), "l1r2".into()));
     }
 
     #[test]

@@ -54,17 +54,6 @@ pub struct Netconvert {
     pub version: String,
 }
 
-/// A network as text, and what it was made from.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct BuiltNet {
-    /// The `.net.xml`.
-    pub text: String,
-    /// Movements and lanes.
-    pub layout: LaneLayout,
-    /// Green phases of the program [`PHASES_PROGRAM`].
-    pub phases: Vec<Lights>,
-}
-
 impl Netconvert {
     /// Finds netconvert in `SUMO_HOME/bin`, then on `PATH`.
     /// Fails with [`NetworkError::NoNetconvert`] naming the places looked at.
@@ -73,7 +62,8 @@ impl Netconvert {
         found.map(|(path, version)| Self { path, version })
     }
 
-    /// Builds the network of an intersection, with intermediate files in `folder`.
+    /// Builds the network of an intersection, with intermediate files in `folder`. Returns the `.net.xml`, its lanes, and
+    /// the green phases of the program [`PHASES_PROGRAM`].
     ///
     /// The text depends only on the intersection, the settings and the version of netconvert.
     /// Fails with [`NetworkError::Intersection`] for an impossible intersection,
@@ -84,7 +74,7 @@ impl Netconvert {
         spec: &IntersectionSpec,
         scenario: &Scenario,
         folder: &Path,
-    ) -> Result<BuiltNet, NetworkError> {
+    ) -> Result<(String, LaneLayout, Vec<Lights>), NetworkError> {
         let Scenario { network: settings, signal, demand, .. } = scenario;
         let unsound = |reason: String| NetworkError::Unsound { point: spec.point.clone(), reason };
         let layout = layout(spec)?;
@@ -155,7 +145,7 @@ impl Netconvert {
                 return Err(unsound(format!("netconvert changed the program {id:?}")));
             }
         }
-        Ok(BuiltNet { text, layout, phases })
+        Ok((text, layout, phases))
     }
 
     fn run(
@@ -310,10 +300,10 @@ mod tests {
             for side in [DrivingSide::Right, DrivingSide::Left] {
                 shape.side = side;
                 let folder = tempfile::tempdir().unwrap();
-                let built = netconvert.build(&shape, &defaults(), folder.path()).unwrap();
-                let net = NetFile::parse(&built.text).unwrap();
-                let links = links(&built.layout, &net).unwrap();
-                assert_eq!(link_order(&shape, &built.layout), links, "{side:?}: {:?}", shape.arms);
+                let (text, layout, _) =
+                    netconvert.build(&shape, &defaults(), folder.path()).unwrap();
+                let links = links(&layout, &NetFile::parse(&text).unwrap()).unwrap();
+                assert_eq!(link_order(&shape, &layout), links, "{side:?}: {:?}", shape.arms);
             }
         }
     }

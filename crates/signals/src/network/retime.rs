@@ -165,6 +165,11 @@ mod tests {
     fn a_program_that_keeps_to_the_limits_stays_as_netconvert_made_it() {
         let settings = SignalSettings { min_left_green_s: 6, ..SignalSettings::default() };
         assert_eq!(retimed(&own(3.0), &settings), own(3.0));
+        // Its own all-red is no phase.
+        let mut with_red = own(3.0);
+        with_red.insert(2, phase(1.0, "grrrrrgrrrrr"));
+        with_red.insert(5, phase(1.0, "rrrrrrrrrrrr"));
+        assert_eq!(retimed(&with_red, &settings), own(3.0));
     }
 
     #[test]
@@ -173,6 +178,8 @@ mod tests {
         assert_eq!(greens_of(&program), [32.0, 7.0, 32.0, 7.0]);
         assert_eq!(program.iter().map(|p| p.duration_s).sum::<f64>(), 90.0);
         assert_eq!(program[1], phase(3.0, "gyyrrrgyyrrr"));
+        let settings = SignalSettings { min_left_green_s: 20, ..SignalSettings::default() };
+        assert_eq!(greens_of(&retimed(&own(3.0), &settings)), [19.0, 20.0, 19.0, 20.0]);
     }
 
     #[test]
@@ -184,29 +191,12 @@ mod tests {
     }
 
     #[test]
-    fn netconvert_s_own_all_red_is_no_phase() {
-        let mut with_red = own(3.0);
-        with_red.insert(2, phase(1.0, "grrrrrgrrrrr"));
-        with_red.insert(5, phase(1.0, "rrrrrrrrrrrr"));
-        let settings = SignalSettings { min_left_green_s: 6, ..SignalSettings::default() };
-        assert_eq!(retimed(&with_red, &settings), own(3.0));
-    }
-
-    #[test]
     fn equal_greens_in_a_row_are_one() {
         let timing = Timing::new(&SignalSettings::default(), vec![], vec![]);
         let program = [phase(45.0, "GGGG"), phase(45.0, "GGGG")];
         assert_eq!(greens(&program, &timing), [phase(90.0, "GGGG")]);
         let program = [phase(20.0, "Gr"), phase(3.0, "yr"), phase(30.0, "rG"), phase(10.0, "Gr")];
         assert_eq!(greens(&program, &timing), [phase(30.0, "Gr"), phase(30.0, "rG")]);
-    }
-
-    #[test]
-    fn a_later_phase_s_least_green_comes_out_of_the_earlier_ones() {
-        let settings = SignalSettings { min_left_green_s: 20, ..SignalSettings::default() };
-        let program = retimed(&own(3.0), &settings);
-        assert_eq!(greens_of(&program), [19.0, 20.0, 19.0, 20.0]);
-        assert_eq!(program.iter().map(|p| p.duration_s).sum::<f64>(), 90.0);
     }
 
     #[test]

@@ -2,10 +2,7 @@
 //! is hashed, so that a run has the method that was planned.
 
 pub mod exec;
-pub mod host;
 pub mod protocol;
-
-pub use host::{Host, Hosted};
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,6 +11,7 @@ use super::control::senses::Senses;
 use super::control::{Controller, Setup};
 use basics::files::FileError;
 use basics::hash::sha256_file;
+use evaluation::run::method::Training;
 use evaluation::store::own::{OwnKind, OwnMethod};
 
 /// Makes a controller.
@@ -90,4 +88,30 @@ impl Own {
         let is_read = self.about.kind != OwnKind::Program;
         self.files.values().filter(move |_| is_read).map(PathBuf::as_path)
     }
+}
+
+/// Opens controllers that are written in another language, within this process.
+pub trait Host: Send + Sync {
+    /// Opens a controller.
+    /// * `source` — what stands after `NAME=`, such as `mine.py:Mine`.
+    ///
+    /// The error is why it cannot be used, in words, with the traceback where there is one.
+    fn open(&self, source: &str) -> Result<Hosted, String>;
+
+    /// Returns where the controller is just now, for the record of one that hangs; `None` where nobody can say.
+    fn stack(&self) -> Option<String>;
+}
+
+/// A controller that a [`Host`] has opened.
+pub struct Hosted {
+    /// A sentence for people; empty where nobody wrote one.
+    pub summary: String,
+    /// What it does before it is evaluated.
+    pub training: Training,
+    /// What it consists of, by name.
+    pub files: BTreeMap<String, PathBuf>,
+    /// Versions of what runs it.
+    pub versions: BTreeMap<String, String>,
+    /// How it is played: by a controller or by a learner.
+    pub play: Play,
 }

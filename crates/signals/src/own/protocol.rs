@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::control::{LaneObservation, Observation, SignalSpec};
+use crate::control::{LaneObservation, LaneSpec, Movement, Observation, SignalSpec};
 
 /// Version of the protocol; a change that a command would have to know raises it.
 pub const VERSION: u32 = 2;
@@ -40,37 +40,11 @@ pub struct Signal {
     /// SUMO's id.
     pub id: String,
     /// Incoming lanes.
-    pub lanes: Vec<Lane>,
+    pub lanes: Vec<LaneSpec>,
     /// Movements.
     pub movements: Vec<Movement>,
     /// Green phases, the actions.
     pub phases: Vec<Phase>,
-}
-
-/// An incoming lane.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct Lane {
-    /// SUMO's id.
-    pub id: String,
-    /// Length, metres.
-    pub length_m: f64,
-}
-
-/// Vehicles that come from one approach and turn the same way.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct Movement {
-    /// RESCO's number: three times the approach, plus 0 right, 1 through, 2 left.
-    pub index: usize,
-    /// `right`, `through` or `left`.
-    pub turn: String,
-    /// Positions of its lanes in the signal's.
-    pub lanes: Vec<usize>,
-    /// Positions in `downstream_queue` of the lanes that it leads to at other signals.
-    pub downstream: Vec<usize>,
-    /// Share of the approach's vehicles that make it, where the demand says so.
-    pub share: Option<f64>,
 }
 
 /// A green phase.
@@ -138,18 +112,10 @@ impl From<&SignalSpec> for Signal {
             min_green_s: spec.limits.min_green_s.get(i).copied().unwrap_or_default(),
             max_green_s: spec.limits.max_green_s.get(i).copied().filter(|s| s.is_finite()),
         });
-        let movements = spec.movements.iter().map(|m| Movement {
-            index: m.index,
-            turn: m.turn.name().to_owned(),
-            lanes: m.lanes.clone(),
-            downstream: m.downstream.clone(),
-            share: m.share,
-        });
-        let lanes = spec.lanes.iter().map(|l| Lane { id: l.id.clone(), length_m: l.length_m });
         Self {
             id: spec.id.clone(),
-            lanes: lanes.collect(),
-            movements: movements.collect(),
+            lanes: spec.lanes.clone(),
+            movements: spec.movements.clone(),
             phases: phases.collect(),
         }
     }

@@ -79,6 +79,11 @@ impl LeftTurns {
     pub fn is_network(&self) -> bool {
         *self == Self::Network
     }
+
+    /// Whether those of an approach have an arrow; [`Self::ByRule`] is no approach's.
+    pub fn has_arrow(self) -> bool {
+        self != Self::Permissive
+    }
 }
 
 settings! {
@@ -188,20 +193,10 @@ mod tests {
         let s = SignalSettings::default();
         assert_eq!((s.delta_time_s, s.yellow_time_s, s.all_red_s, s.min_green_s), (10, 3, 0, 7));
         assert_eq!(s.check(), Ok(()));
-    }
-
-    #[test]
-    fn a_longest_green_without_room_for_a_decision_is_refused() {
-        let s = SignalSettings { max_green_s: Some(16), ..SignalSettings::default() };
-        assert_eq!(s.check().unwrap_err().0, "signal.max_green_s");
-        let s = SignalSettings { max_green_s: Some(17), ..SignalSettings::default() };
-        assert_eq!(s.check(), Ok(()));
-    }
-
-    #[test]
-    fn push_buttons_without_pedestrians_are_refused() {
-        let pressed =
-            SignalSettings { pedestrian_calls_per_h: Some(10.0), ..SignalSettings::default() };
+        // A longest green leaves room for a decision, and nobody pushes buttons without pedestrians.
+        let longest = |max| SignalSettings { max_green_s: Some(max), ..s.clone() }.check();
+        assert_eq!((longest(16).unwrap_err().0, longest(17)), ("signal.max_green_s", Ok(())));
+        let pressed = SignalSettings { pedestrian_calls_per_h: Some(10.0), ..s };
         assert_eq!(pressed.check().unwrap_err().0, "signal.pedestrian_calls_per_h");
         assert_eq!(SignalSettings { pedestrians: true, ..pressed }.check(), Ok(()));
     }

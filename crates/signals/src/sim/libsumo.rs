@@ -190,7 +190,7 @@ impl SumoSim {
                 Traced { config, trace_m, plain, scene, tracing }
             }
         };
-        for piece in traced.tracing.pieces() {
+        for piece in &traced.tracing.pieces {
             names.push(text(piece.as_str())?);
         }
         self.phases.resize(self.signals.len(), 0);
@@ -447,7 +447,7 @@ fn arguments(options: &StartOptions, config: &SumoConfig) -> Result<Vec<CString>
             argv.extend([text(name)?, text(value)?]);
         }
     }
-    for (name, value) in config.options() {
+    for (name, value) in &config.options {
         if !given(&format!("--{name}")) {
             argv.push(text(format!("--{name}={value}"))?);
         }

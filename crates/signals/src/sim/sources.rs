@@ -211,7 +211,7 @@ pub fn copy(
         let copy = file.filter(|file| copied[*file]).map(|file| folder.join(of_copy(file)));
         copy.map_or_else(|| path.to_owned(), |copy| copy.display().to_string())
     };
-    let lists = config.options().iter().filter(|(name, _)| SumoConfig::is_list(name));
+    let lists = config.options.iter().filter(|(name, _)| SumoConfig::is_list(name));
     let lists = lists.map(|(name, paths)| {
         (name.clone(), paths.split(',').map(now).collect::<Vec<_>>().join(","))
     });

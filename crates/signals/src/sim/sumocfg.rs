@@ -48,7 +48,8 @@ pub struct SumoConfig {
     pub notes: Vec<String>,
     /// Its folder.
     pub folder: Option<PathBuf>,
-    options: Vec<(String, String)>,
+    /// The options that SUMO is started with, in order: long name, value.
+    pub options: Vec<(String, String)>,
 }
 
 impl SumoConfig {
@@ -86,11 +87,6 @@ impl SumoConfig {
     /// Whether an option, given its long name, is a list of files.
     pub fn is_list(option: &str) -> bool {
         kind(option) == Kind::Files
-    }
-
-    /// Returns the options that SUMO is started with, in order: long name, value.
-    pub fn options(&self) -> &[(String, String)] {
-        &self.options
     }
 
     /// Returns what is read of the text of a configuration at a path.

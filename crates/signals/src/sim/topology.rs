@@ -57,21 +57,15 @@ pub struct Way {
     pub controlled: bool,
 }
 
-/// A lane from which vehicles come to a stop line.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Upstream {
-    /// Index of the lane.
-    pub lane: usize,
-    /// Changes of lane that the way to the stop line takes at least.
-    pub changes: u32,
-    /// Shortest such way from its end to the stop line, metres.
-    pub beyond_m: f64,
-}
+/// Changes of lane that the way from a lane to a stop line takes at least, the shortest such way, metres, and an index of a
+/// lane.
+pub(super) type Lead = (u32, f64, usize);
 
 /// The lanes of a network.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Topology {
-    lanes: Vec<StreetLane>,
+    /// All lanes.
+    pub lanes: Vec<StreetLane>,
     by_id: HashMap<String, usize>,
     /// Lanes by edge, without those within junctions.
     edges: HashMap<String, Vec<usize>>,
@@ -96,11 +90,6 @@ impl Topology {
         Self { lanes, by_id, edges, sources }
     }
 
-    /// Returns all lanes.
-    pub fn lanes(&self) -> &[StreetLane] {
-        &self.lanes
-    }
-
     /// Returns the index of a lane.
     pub fn position(&self, id: &str) -> Option<usize> {
         self.by_id.get(id).copied()
@@ -122,7 +111,7 @@ impl Topology {
     }
 
     /// Returns the lanes upstream of a stop line that end within `reach_m` of it, the nearest first.
-    pub fn upstream(&self, stop_lane: usize, reach_m: f64) -> Vec<Upstream> {
+    pub(super) fn upstream(&self, stop_lane: usize, reach_m: f64) -> Vec<Lead> {
         let mut found: BTreeMap<usize, (u32, f64)> = BTreeMap::new();
         let stop_edge = self.edge(edge(&self.lanes[stop_lane].id));
         let start = |lane: &usize| (*lane, u32::from(*lane != stop_lane), 0.0);
@@ -150,9 +139,9 @@ impl Topology {
                 }
             }
         }
-        let piece = |(lane, (changes, beyond_m))| Upstream { lane, changes, beyond_m };
-        let mut pieces: Vec<_> = found.into_iter().map(piece).collect();
-        pieces.sort_by(|a, b| a.beyond_m.total_cmp(&b.beyond_m));
+        let piece = |(lane, (changes, beyond_m))| (changes, beyond_m, lane);
+        let mut pieces: Vec<Lead> = found.into_iter().map(piece).collect();
+        pieces.sort_by(|a, b| a.1.total_cmp(&b.1));
         pieces
     }
 
@@ -350,7 +339,7 @@ mod tests {
     fn upstream(topology: &Topology, lane: &str, reach_m: f64) -> Vec<(String, f64)> {
         let lane = topology.position(lane).unwrap();
         let pieces = topology.upstream(lane, reach_m);
-        let name = |p: &Upstream| (topology.lanes[p.lane].id.clone(), p.beyond_m);
+        let name = |(_, beyond_m, lane): &Lead| (topology.lanes[*lane].id.clone(), *beyond_m);
         pieces.iter().map(name).filter(|(id, _)| !id.starts_with(':')).collect()
     }
 
@@ -359,15 +348,11 @@ mod tests {
         let found = upstream(&street(), "c_0", 200.0);
         let expected = [("b_0", 2.9), ("a_0", 54.9), ("d_0", 54.9)];
         assert_eq!(found, expected.map(|(id, m)| (id.to_owned(), m)));
-    }
-
-    #[test]
-    fn lanes_within_a_plain_node_are_pieces_and_those_within_a_signal_s_junction_are_not() {
+        // Lanes within a plain node are pieces, and those within a signal's junction are not.
         let street = street();
         let pieces = street.upstream(street.position("c_0").unwrap(), 200.0);
-        let inner: Vec<&str> = (pieces.iter().map(|p| street.lanes[p.lane].id.as_str()))
-            .filter(|id| id.starts_with(':'))
-            .collect();
+        let ids = pieces.iter().map(|p| street.lanes[p.2].id.as_str());
+        let inner: Vec<&str> = ids.filter(|id| id.starts_with(':')).collect();
         assert_eq!(inner, [":3_0_0", ":1_0_0", ":2_0_0"]);
     }
 

@@ -13,16 +13,13 @@
 
 use std::collections::HashMap;
 
-use super::topology::{Topology, edge};
+use super::topology::{Lead, Topology, edge};
 use super::{Link, Piece, Scene};
 
 /// Farthest that the street before a stop line begins behind another signal for the two to be coordinated, metres: half a mile.
 ///
 /// Source: MUTCD (2009), section 4D.01: signals within half a mile of one another along a major route should be coordinated.
 const COORDINATED_M: f64 = 804.67;
-
-/// Changes of lane, metres to the stop line, and lane of the scene.
-type Lead = (u32, f64, usize);
 
 /// Signal, link index there, and number of the first link of that index between the same edges.
 type Connection = (u32, u32, u32);
@@ -33,7 +30,7 @@ pub struct Tracing {
     /// Lanes of the scene; they come first among those that are watched.
     lanes: usize,
     /// Ids of the pieces upstream, watched after the lanes of the scene.
-    pieces: Vec<String>,
+    pub(super) pieces: Vec<String>,
     /// Signal of each lane.
     signals: Vec<u32>,
     /// Lane of the scene by piece, signal and connection.
@@ -61,30 +58,25 @@ impl Tracing {
         let mut leads: Vec<Vec<Lead>> = Vec::new();
         for (lane, place) in place.iter().enumerate() {
             let upstream = place.map(|place| topology.upstream(place, reach_m));
-            for piece in upstream.into_iter().flatten() {
-                let street = &topology.lanes()[piece.lane];
-                let number = *numbers.entry(piece.lane).or_insert_with(|| {
+            for (changes, beyond_m, piece) in upstream.into_iter().flatten() {
+                let street = &topology.lanes[piece];
+                let number = *numbers.entry(piece).or_insert_with(|| {
                     tracing.pieces.push(street.id.clone());
                     leads.push(Vec::new());
                     leads.len() - 1
                 });
-                leads[number].push((piece.changes, piece.beyond_m, lane));
+                leads[number].push((changes, beyond_m, lane));
                 if !street.inner {
                     scene.lanes[lane].pieces.push(Piece {
                         id: street.id.clone(),
                         length_m: street.length_m,
-                        beyond_m: piece.beyond_m,
+                        beyond_m,
                     });
                 }
             }
         }
         tracing.owners = leads.iter().map(|leads| owners(scene, &tracing.signals, leads)).collect();
         tracing
-    }
-
-    /// Returns the ids of the pieces, to be watched after the lanes of the scene.
-    pub fn pieces(&self) -> &[String] {
-        &self.pieces
     }
 
     /// Returns the lane of the scene to which a vehicle belongs and its link index at the signal
@@ -117,7 +109,7 @@ fn describe_links(
         link.downstream =
             topology.downstream(to, reach_m).iter().filter_map(|l| index.get(l).copied()).collect();
         link.downstream.sort_unstable();
-        let from = place[link.from_lane].map(|from| &topology.lanes()[from]);
+        let from = place[link.from_lane].map(|from| &topology.lanes[from]);
         if let Some(way) = from.and_then(|from| from.ways.iter().find(|way| way.to == to)) {
             link.length_m = topology.way_length_m(way);
         }
@@ -133,8 +125,7 @@ fn describe_widths(scene: &mut Scene, topology: &Topology, place: &[Option<usize
         let mut incoming: Vec<usize> = signal.links.iter().flatten().map(|l| l.from_lane).collect();
         incoming.sort_unstable();
         incoming.dedup();
-        let ways =
-            incoming.iter().filter_map(|l| place[*l]).flat_map(|l| &topology.lanes()[l].ways);
+        let ways = incoming.iter().filter_map(|l| place[*l]).flat_map(|l| &topology.lanes[l].ways);
         let exits: Vec<usize> = ways.map(|way| way.to).collect();
         for lane in incoming {
             if let Some(place) = place[lane] {
@@ -272,6 +263,6 @@ mod tests {
         let pieces: Vec<&str> = scene.lanes[0].pieces.iter().map(|p| p.id.as_str()).collect();
         assert_eq!(pieces, ["a_0", "a_1"]);
         assert_eq!(scene.lanes[2].pieces.len(), 2);
-        assert!(traced(0.0).1.pieces().is_empty());
+        assert!(traced(0.0).1.pieces.is_empty());
     }
 }

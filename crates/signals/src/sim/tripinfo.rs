@@ -45,26 +45,17 @@ pub struct Trip {
     pub arrived: bool,
 }
 
-/// Reads a tripinfo file.
+/// Reads a tripinfo file with all its vehicles.
 ///
 /// Source: RESCO, utils/readXML.py, delay as `timeLoss + departDelay` over all vehicles.
 /// Deviation: RESCO derives never-inserted vehicles from the route file and misses them where it
 /// holds `<trip>` elements; here SUMO itself lists them (`--tripinfo-output.write-undeparted`).
 /// Fails with [`SimError::CutOff`] when the file has no end, [`SimError::Tripinfo`] when it is not XML or lacks an attribute.
-pub fn read(path: &Path) -> Result<TripTotals, SimError> {
-    parse(open(path)?, path, &mut |_| ())
-}
-
-/// Reads a tripinfo file with all its vehicles.
-/// Fails as [`read`].
-pub fn read_each(path: &Path) -> Result<(TripTotals, Vec<Trip>), SimError> {
+pub fn read(path: &Path) -> Result<(TripTotals, Vec<Trip>), SimError> {
+    let file = BufReader::new(File::open(path).map_err(FileError::at("read", path))?);
     let mut trips = Vec::new();
-    let totals = parse(open(path)?, path, &mut |trip| trips.push(trip))?;
+    let totals = parse(file, path, &mut |trip| trips.push(trip))?;
     Ok((totals, trips))
-}
-
-fn open(path: &Path) -> Result<BufReader<File>, SimError> {
-    Ok(BufReader::new(File::open(path).map_err(FileError::at("read", path))?))
 }
 
 /// Returns what a tripinfo file holds; the path is for messages.
@@ -140,7 +131,7 @@ mod tests {
     fn parsed(text: &str) -> Result<TripTotals, SimError> {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), text).unwrap();
-        read(file.path())
+        read(file.path()).map(|(totals, _)| totals)
     }
 
     #[test]

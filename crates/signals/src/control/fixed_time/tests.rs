@@ -28,30 +28,11 @@ impl Valley {
     }
 }
 
-impl Trainer for Valley {
-    fn episode(
-        &mut self,
-        controller: &mut dyn Controller,
-        _seed: u32,
-    ) -> Result<EpisodeOutcome, ControlError> {
-        if self.episodes == self.fails_at {
-            return Err(ControlError::Episode("planned failure".into()));
-        }
-        let drives = controller.begin(std::slice::from_ref(&self.signal))?;
-        let delay_s = self.delay_s(&drives[0]);
-        Ok(EpisodeOutcome { delay_s, lane_flow_vph: vec![vec![400.0, 400.0]] })
-    }
-
-    fn decisions_per_episode(&self) -> u32 {
-        360
-    }
-}
-
 fn tuned(own: f64, simulations: u32) -> (FixedTime, u32) {
-    let mut trainer = valley(own);
+    let mut trainer = Valleys(vec![valley(own)]);
     let mut controller = FixedTime::new(CONSTANTS, simulations);
     controller.train(&mut trainer).unwrap();
-    (controller, trainer.episodes)
+    (controller, trainer.0[0].episodes)
 }
 
 #[test]
@@ -79,6 +60,9 @@ impl Trainer for Valleys {
         controller: &mut dyn Controller,
         _seed: u32,
     ) -> Result<EpisodeOutcome, ControlError> {
+        if self.0[0].episodes == self.0[0].fails_at {
+            return Err(ControlError::Episode("planned failure".into()));
+        }
         let signals: Vec<_> = self.0.iter().map(|v| v.signal.clone()).collect();
         let drives = controller.begin(&signals)?;
         let delay = |(valley, drive): (&mut Valley, &Drive)| valley.delay_s(drive);
@@ -106,7 +90,7 @@ fn several_signals_are_tuned_within_a_budget_that_grows_with_the_root_of_their_n
         let delays = controller.begin(&controller.signals.clone()).unwrap();
         let tuned: f64 = delays.iter().map(|drive| valley(0.0).delay_s(drive)).sum();
         let mut alone = FixedTime::new(CONSTANTS, 8);
-        alone.train(&mut valley(1000.0)).unwrap();
+        alone.train(&mut Valleys(vec![valley(1000.0)])).unwrap();
         let webster = valley(0.0).delay_s(&alone.plans[0].drive());
         assert!(tuned < 0.8 * webster * f64::from(signals), "{tuned}, {webster} each before");
     }
@@ -159,7 +143,7 @@ fn whether_tuning_improved_on_its_start_follows_from_the_details_of_its_record()
 #[test]
 fn a_training_episode_that_fails_is_an_error() {
     for fails_at in 0..20 {
-        let mut trainer = Valley { fails_at, ..valley(1000.0) };
+        let mut trainer = Valleys(vec![Valley { fails_at, ..valley(1000.0) }]);
         let e = FixedTime::new(CONSTANTS, 30).train(&mut trainer).unwrap_err();
         assert!(e.to_string().contains("planned failure"), "{e}");
     }
@@ -168,8 +152,8 @@ fn a_training_episode_that_fails_is_an_error() {
 #[test]
 fn an_own_program_beyond_the_limits_is_no_choice() {
     for simulations in [1, 8, 30] {
-        let mut trainer = valley(1.0);
-        trainer.signal.limits.own_program = false;
+        let mut trainer = Valleys(vec![valley(1.0)]);
+        trainer.0[0].signal.limits.own_program = false;
         let mut controller = FixedTime::new(CONSTANTS, simulations);
         controller.train(&mut trainer).unwrap();
         assert_ne!(controller.plans, [Plan::Own], "{simulations} simulations");

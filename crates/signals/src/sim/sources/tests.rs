@@ -51,18 +51,6 @@ fn files_that_files_name_are_followed_from_where_they_lie() {
 }
 
 #[test]
-fn circles_end_and_what_goes_nowhere_or_is_a_picture_may_stay() {
-    let text = b"<?xml version='1.0' encoding='ISO-8859-1'?>\n<a><include href='a.xml'/>\
-        <edge name='Stra\xdfe'/><e1Detector file='NUL'/><instantInductionLoop file='/dev/null'/>\
-        <vType imgFile='b.png'><param key='profile' value='x'/></vType>\
-        <param key='file' value='NUL'/></a>";
-    let found = with(&[("a.xml", text)]);
-    assert_eq!((names(&found), found.obstacles.len()), (vec!["n.xml", "a.xml"], 0));
-    assert!(found.files.iter().all(|file| file.scanned.edits.is_empty()));
-    assert_eq!(found.notes(), [""; 0]);
-}
-
-#[test]
 fn a_file_outside_the_folders_of_the_scenario_is_drawn_in_only_when_that_is_accepted() {
     let text: &[u8] = b"<a><include href='/etc/hostname'/></a>";
     let found = with(&[("a.xml", text)]);
@@ -134,7 +122,7 @@ fn classes_of_a_newer_sumo_are_left_out_of_networks_where_that_is_accepted() {
     assert!(found.files[1].scanned.edits.is_empty());
 }
 
-/// A scenario of a network and these additional files, the first of which is named.
+/// The same, with its configuration.
 fn scenario(folder: &Path, files: &[(&str, &str)]) -> (SumoConfig, Sources) {
     for (name, text) in files.iter().chain(&[("n.xml", "<net/>")]) {
         fs::write(folder.join(name), text).unwrap();

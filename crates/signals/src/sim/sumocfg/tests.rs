@@ -15,7 +15,7 @@ fn every_way_to_write_an_option_is_read() {
     )
     .unwrap();
     assert_eq!((long.begin_s, long.end_s, long.step_length_s), (5.0, Some(60.0), 1.0));
-    let options: Vec<_> = long.options().iter().map(|(o, v)| format!("{o}={v}")).collect();
+    let options: Vec<_> = long.options.iter().map(|(o, v)| format!("{o}={v}")).collect();
     assert_eq!(options[1], "route-files=city/a.rou,city/b.rou");
     let paths: Vec<_> = long.files.iter().map(|(_, path)| path.to_str().unwrap()).collect();
     assert_eq!(paths, ["city/a.net", "city/a.rou", "city/b.rou", "city/a.add"]);
@@ -67,7 +67,7 @@ fn an_option_that_is_not_known_to_be_safe_is_in_the_way_and_not_passed_on() {
         let [obstacle] = &config.obstacles[..] else { panic!("{:?}", config.obstacles) };
         assert!(obstacle.reason.starts_with(expected), "{obstacle}");
         assert_eq!(obstacle.place, "city/a.sumocfg");
-        assert!(config.options().iter().all(|(name, _)| name != "include"));
+        assert!(config.options.iter().all(|(name, _)| name != "include"));
     }
 }
 
@@ -87,7 +87,7 @@ fn everything_in_the_way_is_found_and_what_is_replaced_is_told() {
         "time-to-teleport = 300 gives way to simulation.time_to_teleport_s, by default never",
     ];
     assert_eq!(begins, expected);
-    let options: Vec<_> = config.options().iter().map(|(o, v)| format!("{o}={v}")).collect();
+    let options: Vec<_> = config.options.iter().map(|(o, v)| format!("{o}={v}")).collect();
     assert_eq!(options, ["net-file=city/n", "max-depart-delay=-1", "time-to-teleport=300"]);
 }
 
@@ -95,7 +95,7 @@ fn everything_in_the_way_is_found_and_what_is_replaced_is_told() {
 fn what_is_written_is_left_out_and_an_empty_value_is_none() {
     let text = "<n v='a%20b c'/><tripinfo-output value='t.xml'/><seed value='3'/><scale v=''/>";
     let config = parse(text).unwrap();
-    assert_eq!(config.options(), [("net-file".to_owned(), "city/a b c".to_owned())]);
+    assert_eq!(config.options, [("net-file".to_owned(), "city/a b c".to_owned())]);
 }
 
 #[test]
