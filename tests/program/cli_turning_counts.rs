@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::common::{run, stderr};
 use crate::folder::{Folder, Row, repository};
 use crate::report_links::lead_somewhere;
 
@@ -89,6 +88,9 @@ fn counted_turns_are_what_is_simulated_in_every_period() {
     );
     folder.shows("r/report/index.html", &["id=\"periods\""]);
     assert!(folder.path().join("r/report/plans/baseline.pm.utdf.csv").exists());
+    // What was edited is not overwritten.
+    let again = "build-networks a.toml --turning-counts c.csv --out counted";
+    folder.refuses(&[(again, "not as this command wrote it")]);
 }
 
 #[test]
@@ -143,18 +145,6 @@ fn mistakes_with_counts_are_refused_with_the_way_out() {
         ("build-networks a.toml --period am=07:00-09:00 --out x", "--turning-counts"),
         ("build-networks a.toml --out x", "aadt_veh_per_day_per_lane is empty"),
     ]);
-}
-
-#[test]
-fn a_table_that_was_edited_is_not_overwritten() {
-    let folder = with_counts();
-    let command = "build-networks a.toml --turning-counts c.csv --out counted";
-    folder.run(command);
-    folder.edit("counted/approaches.csv", ",360,", ",361,");
-    let said = stderr(&run(folder.path(), command));
-    assert!(said.contains("not as this command wrote it"), "{said}");
-    folder.shows("counted/approaches.csv", &[",361,"]);
-    folder.run(&format!("{command} --force"));
 }
 
 const UTDF: &str = "crates/signals/tests/utdf/two-signals.csv";

@@ -423,7 +423,7 @@ type Place = (usize, usize);
 struct Reading {
     found: Vec<CountedIntersection>,
     /// Where the rows of a time are in it: by names, day and minute.
-    places: BTreeMap<(Vec<String>, Option<Date>, Option<u32>), Place>,
+    places: BTreeMap<(Vec<String>, Moment), Place>,
     /// The line in which something was counted, by class.
     seen: BTreeMap<(Place, Holds, String), u64>,
     /// Approaches whose heavy vehicles are classes of their own: where none is listed, there was none.
@@ -661,7 +661,7 @@ impl Reading {
     /// Returns where the rows of a time are.
     fn place(&mut self, row: &Row<'_>, names: Vec<String>, (day, minute): Moment) -> Place {
         let known = self.found.iter().position(|counted| counted.names == names);
-        *self.places.entry((names.clone(), day, minute)).or_insert_with(|| {
+        *self.places.entry((names.clone(), (day, minute))).or_insert_with(|| {
             let i = known.unwrap_or_else(|| {
                 self.found.push(CountedIntersection {
                     names,

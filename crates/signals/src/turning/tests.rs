@@ -119,6 +119,9 @@ fn turns_fit_the_exits_that_exist() {
     let joined = given("INTID,NBL,NBT,NBR,NBU\n7,3,60,10,2\n", &cross());
     assert_eq!(volumes(&joined)[2], Some([5.0, 60.0, 10.0]));
     says(&joined, "U-turns count as left turns (intersection 7, NB: 2 veh/h)");
+    let left_hand = counts("INTID,NBL,NBT,NBR,NBU\n7,3,60,10,2\n");
+    let left_hand = left_hand.into_approaches(&cross(), &[], DrivingSide::Left).unwrap();
+    assert_eq!(volumes(&left_hand)[2], Some([3.0, 60.0, 12.0]));
     // A turn that exists keeps its vehicles, whatever the others are called.
     let joined = given("INTID,NBL,NBT,NBR\n7,2,300,0\n", &tee);
     assert_eq!(volumes(&joined)[2], Some([0.0, 300.0, 2.0]));
@@ -183,25 +186,6 @@ fn arms_that_are_called_by_directions_keep_them() {
     let through = joined.approaches.iter().map(|a| a.counted.unwrap().through_vph);
     assert_eq!(through.collect::<Vec<_>>(), [7.0, 100.0, 0.0, 50.0]);
     assert_eq!(joined.approaches[1].counted.unwrap().pedestrians_per_h, Some(30.0));
-}
-
-#[test]
-fn u_turns_belong_to_the_turn_across_opposing_traffic() {
-    let text = "INTID,NBL,NBT,NBR,NBU\n7,3,60,10,2\n";
-    let joined = counts(text).into_approaches(&cross(), &[], DrivingSide::Left).unwrap();
-    assert_eq!(volumes(&joined)[2], Some([3.0, 60.0, 12.0]));
-    says(&joined, "U-turns count as right turns (intersection 7, NB: 2 veh/h)");
-}
-
-#[test]
-fn of_two_exits_ahead_that_are_as_close_the_network_s_goes_through() {
-    let fork = table(&[("7", &[(20.0, ""), (180.0, ""), (340.0, "")])]);
-    let counted = |row: &str, side| {
-        let counts = counts(&format!("INTID,NBL,NBT,NBR\n7,{row}\n"));
-        volumes(&counts.into_approaches(&fork, &[], side).unwrap())[1]
-    };
-    assert_eq!(counted("10,60,0", RIGHT), Some([10.0, 60.0, 0.0]));
-    assert_eq!(counted("0,60,10", DrivingSide::Left), Some([0.0, 60.0, 10.0]));
 }
 
 #[test]
