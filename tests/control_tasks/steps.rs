@@ -1,3 +1,5 @@
+use csv::StringRecord;
+use tsc_family::cartpole::{self, Context, Variant, fell};
 use tsc_family::control_tasks::acrobot::Acrobot;
 use tsc_family::control_tasks::episodes::Dynamics;
 use tsc_family::control_tasks::half_cheetah::HalfCheetah;
@@ -12,37 +14,14 @@ const TOLERANCE: f64 = 1e-12;
 /// The same for whole episodes of an acrobot, in which a difference in the last digit of a sine grows.
 const DRIFT: f64 = 1e-9;
 
-struct Row {
-    context: [f64; 3],
-    start: bool,
-    before: [f64; 2],
-    action: f64,
-    after: [f64; 2],
-    reward: f64,
-    terminated: bool,
-}
-
-fn numbers(name: &str) -> Vec<Vec<f64>> {
+/// The names of a table's columns, and its rows.
+fn table(name: &str) -> (StringRecord, Vec<StringRecord>) {
     let mut table = csv::Reader::from_path(format!("tests/control_tasks/{name}.csv")).unwrap();
-    let row = |record: csv::StringRecord| record.iter().map(|n| n.parse().unwrap()).collect();
-    table.records().map(|record| row(record.unwrap())).collect()
+    (table.headers().unwrap().clone(), table.records().map(Result::unwrap).collect())
 }
 
-fn rows(name: &str) -> Vec<Row> {
-    let row = |n: Vec<f64>| Row {
-        context: n[..3].try_into().unwrap(),
-        start: n[3] == 1.0,
-        before: [n[4], n[5]],
-        action: n[6],
-        after: [n[7], n[8]],
-        reward: n[9],
-        terminated: n[10] == 1.0,
-    };
-    numbers(name).into_iter().map(row).collect()
-}
-
-pub(crate) fn close(ours: f64, gymnasium: f64, row: usize) {
-    within(TOLERANCE, ours, gymnasium, row);
+fn numbers<'a>(cells: impl IntoIterator<Item = &'a str>) -> Vec<f64> {
+    cells.into_iter().map(|cell| cell.parse().unwrap()).collect()
 }
 
 fn within(tolerance: f64, ours: f64, gymnasium: f64, row: usize) {
@@ -50,77 +29,99 @@ fn within(tolerance: f64, ours: f64, gymnasium: f64, row: usize) {
     assert!(error <= tolerance * gymnasium.abs().max(1.0), "row {row}: {ours} {gymnasium}");
 }
 
-/// Checks steps from gymnasium's states, and whole episodes from gymnasium's starts.
-fn check(name: &str, step: impl Fn(&Row, [f64; 2]) -> (f64, [f64; 2], bool)) -> (usize, usize) {
-    let rows = rows(name);
-    let (mut state, mut episodes, mut ends) = ([0.0; 2], 0, 0);
+/// Checks steps from gymnasium's states, and whole episodes from gymnasium's starts, which may drift apart by so much.
+/// `step` makes of context, state and action the next state, the reward where the table has it, and whether it is the end.
+fn check<const N: usize>(
+    name: &str,
+    drift: f64,
+    step: impl Fn(&[&str], [f64; N], f64) -> ([f64; N], Option<f64>, bool),
+) {
+    let (names, rows) = table(name);
+    let column = |name: &str| names.iter().position(|other| other == name);
+    let start = column("start").unwrap();
+    let states = names.iter().filter_map(|name| Some((name, column(&format!("{name}_after"))?)));
+    let states: Vec<_> = states.map(|(name, after)| (column(name).unwrap(), after)).collect();
+    let (mut state, mut episodes, mut ends) = ([0.0; N], 0, 0);
     for (i, row) in rows.iter().enumerate() {
-        if row.start {
-            state = row.before;
+        let number = |name: &str| numbers(column(name).map(|at| &row[at]));
+        let before = numbers(states.iter().map(|(at, _)| &row[*at])).try_into().unwrap();
+        let context: Vec<&str> = row.iter().take(start).collect();
+        if number("start") == [1.0] {
+            state = before;
             episodes += 1;
         }
-        for from in [row.before, state] {
-            let (reward, after, terminated) = step(row, from);
-            close(reward, row.reward, i);
-            close(after[0], row.after[0], i);
-            close(after[1], row.after[1], i);
-            assert_eq!(terminated, row.terminated, "row {i}");
+        for (from, tolerance) in [(before, TOLERANCE), (state, drift)] {
+            let (after, reward, terminated) = step(&context, from, number("action")[0]);
+            for (ours, (_, at)) in after.iter().zip(&states) {
+                within(tolerance, *ours, numbers([&row[*at]])[0], i);
+            }
+            assert_eq!(reward.is_some(), column("reward").is_some());
+            reward
+                .iter()
+                .zip(number("reward"))
+                .for_each(|(ours, n)| within(tolerance, *ours, n, i));
+            assert_eq!(f64::from(u8::from(terminated)), number("terminated")[0], "row {i}");
+            ends += usize::from(terminated);
             state = after;
         }
-        ends += usize::from(row.terminated);
     }
-    assert!(rows.len() > 1100);
-    (episodes, ends)
+    assert!(rows.len() > 1000 && episodes > 5, "{episodes} episodes");
+    assert!(ends > 5 || name == "pendulum", "{ends} ends");
+}
+
+#[test]
+fn every_step_of_a_pole_is_gymnasium_s() {
+    check("cartpole", TOLERANCE, |context, state, action| {
+        let numbers = numbers(context[1..].iter().copied());
+        let [length_m, masscart_kg, masspole_kg, force_n, gravity_mps2] = numbers[..] else {
+            panic!("a context of {} numbers", numbers.len())
+        };
+        let variant = match context[0] {
+            "carl-compat" => Variant::CarlCompat,
+            "physical" => Variant::Physical,
+            other => panic!("no variant {other}"),
+        };
+        let pole = Context { length_m, masscart_kg, masspole_kg, force_n, gravity_mps2 };
+        let after = cartpole::Dynamics::new(pole, variant).step(state, action == 1.0);
+        (after, Some(1.0), fell(&after))
+    });
 }
 
 #[test]
 fn every_step_of_a_pendulum_is_gymnasium_s() {
-    let (episodes, _) = check("pendulum", |row, state| {
-        let [mass_kg, length_m, gravity_mps2] = row.context;
+    check("pendulum", TOLERANCE, |context, state, action| {
+        let [mass_kg, length_m, gravity_mps2] =
+            numbers(context.iter().copied()).try_into().unwrap();
         let pendulum = Pendulum { mass_kg, length_m, gravity_mps2, max_torque_nm: 2.0 };
-        let (reward, after) = pendulum.step(state, row.action);
-        (reward, after, false)
+        let (reward, after) = pendulum.step(state, action);
+        (after, Some(reward), false)
     });
-    assert_eq!(episodes, 9);
 }
 
 #[test]
 fn every_step_of_a_mountain_car_is_gymnasium_s() {
-    let (episodes, ends) = check("mountain-car", |row, state| {
-        let [max_speed, goal, power] = row.context;
-        MountainCar { max_speed, goal, power, start: [-0.6, -0.4] }.step(state, row.action as f32)
+    check("mountain-car", TOLERANCE, |context, state, action| {
+        let [max_speed, goal, power] = numbers(context.iter().copied()).try_into().unwrap();
+        let car = MountainCar { max_speed, goal, power, start: [-0.6, -0.4] };
+        let (reward, after, terminated) = car.step(state, action as f32);
+        (after, Some(reward), terminated)
     });
-    assert!(episodes > 5 && ends > 3, "{episodes} {ends}");
 }
 
 #[test]
 fn every_step_of_an_acrobot_is_gymnasium_s() {
-    let (mut state, mut ends) = ([0.0; 4], 0);
-    for (i, row) in numbers("acrobot").into_iter().enumerate() {
-        let [first, second, mass, second_mass, start, action, rest @ ..] = row.as_slice() else {
-            panic!("row {i} is short")
-        };
+    check("acrobot", DRIFT, |context, state, action| {
+        let [first, second, mass, second_mass] =
+            numbers(context.iter().copied()).try_into().unwrap();
         let acrobot = Acrobot {
-            lengths_m: [*first, *second],
-            masses_kg: [*mass, *second_mass],
+            lengths_m: [first, second],
+            masses_kg: [mass, second_mass],
             torque_nm: 1.0,
             start: 0.1,
         };
-        let before: [f64; 4] = rest[..4].try_into().unwrap();
-        if *start == 1.0 {
-            state = before;
-        }
-        for (from, tolerance) in [(before, TOLERANCE), (state, DRIFT)] {
-            let (after, terminated) = acrobot.step(from, action - 1.0);
-            for (ours, theirs) in after.iter().zip(&rest[4..8]) {
-                within(tolerance, *ours, *theirs, i);
-            }
-            assert_eq!(terminated, rest[8] == 1.0, "row {i}");
-            state = after;
-        }
-        ends += usize::from(rest[8] == 1.0);
-    }
-    assert!(ends > 5, "{ends}");
+        let (after, terminated) = acrobot.step(state, action - 1.0);
+        (after, None, terminated)
+    });
 }
 
 /// Checks every tenth state of episodes in MuJoCo, which go on from our own states; `N` numbers make a state.
@@ -138,7 +139,7 @@ fn check_model<D: Dynamics<State = [f64; N]>, const N: usize>(
         }
         Err(e) => return eprintln!("skipped: {e}"),
     }
-    let rows = numbers(name);
+    let rows: Vec<Vec<f64>> = table(name).1.iter().map(numbers).collect();
     let (mut made, mut state, mut reward) = (None, [0.0; N], 0.0);
     let (mut number, mut context) = (0_u64, u64::MAX);
     for (i, row) in rows.iter().enumerate() {
@@ -159,9 +160,11 @@ fn check_model<D: Dynamics<State = [f64; N]>, const N: usize>(
                 });
                 (reward, _) = dynamics.act(&mut state, &action);
             }
-            close(reward, row[4 + shown], i);
+            within(TOLERANCE, reward, row[4 + shown], i);
         }
-        state.iter().zip(&row[4..4 + shown]).for_each(|(ours, theirs)| close(*ours, *theirs, i));
+        for (ours, theirs) in state.iter().zip(&row[4..4 + shown]) {
+            within(TOLERANCE, *ours, *theirs, i);
+        }
     }
     assert!(rows.len() > 100 && context > 0);
 }
