@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use readers::{READERS, Reader};
 
 fn mutations() -> usize {
-    if is_nightly() { 12_000 } else { 300 }
+    if is_nightly() { 12_000 } else { 150 }
 }
 
 const MOST_BYTES: usize = 1 << 17;

@@ -154,10 +154,10 @@ fn every_shape_builds_and_is_sound() {
 /// Every network of the embedded city, as point MDPs and as itself, under both presets: it can be built,
 /// both presets have the same greens, and an all-red is never longer than it has to be. Of the peak hour, whose
 /// intersections are the same with other inflows, every eighth; of the intersections as themselves every third. At
-/// every change a tenth of these.
+/// every change a twentieth of these.
 #[test]
 fn the_whole_city_builds_under_both_presets_with_the_same_greens() {
-    let daily = if is_nightly() { 1 } else { 10 };
+    let daily = if is_nightly() { 1 } else { 20 };
     for (city, detail, step) in [
         ("salt-lake-city", "six-features", 1),
         ("salt-lake-city-peak", "six-features", 8),

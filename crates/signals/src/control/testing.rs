@@ -257,31 +257,31 @@ pub(crate) fn check_learner(make: &dyn Fn(u32) -> Box<dyn Controller>) {
     assert_eq!(world.kept.borrow().len() as u32, episodes - killed.dies_at);
 
     // What was kept where a training ends early is not trained further.
-    let mut world = QueueWorld::new(signals());
-    world.saved = killed.kept.borrow_mut().pop();
-    world.stops = true;
-    make(episodes).train(&mut world).unwrap();
-    assert!(world.kept.borrow().is_empty());
+    let mut ended = QueueWorld::new(signals());
+    ended.saved = killed.kept.borrow_mut().pop();
+    ended.stops = true;
+    make(episodes).train(&mut ended).unwrap();
+    assert!(ended.kept.borrow().is_empty());
 
     // Validation disturbs neither what is learned nor what evaluation draws.
-    let mut world = QueueWorld::new(signals());
-    world.validates = true;
-    let mut validated = make(episodes);
-    validated.train(&mut world).unwrap();
-    assert!(world.kept.borrow().last().unwrap().to_bytes() == last);
-    assert_eq!(QueueWorld::new(signals()).episode(validated.as_mut(), 0).unwrap().delay_s, trained);
+    let few = 30;
+    let short = |change: &dyn Fn(&mut QueueWorld)| {
+        let mut world = QueueWorld::new(signals());
+        change(&mut world);
+        let mut learner = make(few);
+        learner.train(&mut world).unwrap();
+        let delay_s = QueueWorld::new(signals()).episode(learner.as_mut(), 0).unwrap().delay_s;
+        let kept = world.kept.borrow();
+        (kept.len() as u32, kept.last().unwrap().to_bytes(), delay_s)
+    };
+    let plain = short(&|_| ());
+    assert!(short(&|world| world.validates = true) == plain);
 
     // Started again, it learns something else, and what it then learns follows from its seed.
-    let again = || {
-        let mut world = QueueWorld::new(signals());
-        world.starts_again_after = 3;
-        let mut learner = make(episodes);
-        learner.train(&mut world).unwrap();
-        assert_eq!(world.kept.borrow().len() as u32, 3 + episodes);
-        learner.model().unwrap().to_bytes()
-    };
+    let again = || short(&|world| world.starts_again_after = 3);
     let second = again();
-    assert!(second != model && second == again());
+    assert_eq!(second.0, 3 + few);
+    assert!(second.1 != plain.1 && second == again());
 
     // The model does in another controller what it did in this one.
     let (first, second) = (
