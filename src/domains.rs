@@ -127,6 +127,7 @@ pub fn sections(layout: &Layout, results: &Results) -> Result<Box<dyn Sections>,
         row: Some((row.to_owned(), row_is.to_owned())),
         objective: known.then(|| (objective.title.to_owned(), objective.unit.to_owned())),
         looks: looks.collect(),
+        most: objective.most.filter(|_| known),
         failure: domain.failure(),
     }))
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use crate::made_up::{evaluations, manifest, reported, words, write_results};
+use crate::made_up::{ended, equal_points, manifest, reported, words, write_results};
 use tsc_family::analysis::joined::{Known, Source};
 use tsc_family::report::leaderboard::leaderboard;
 
@@ -12,30 +12,20 @@ use tsc_family::domains;
 use tsc_family::report::{self, text};
 use tsc_family::sample::{Draw, Growth, Look, Sampling, Until};
 use tsc_family::store::dropped::{Dropped, write_dropped};
-use tsc_family::store::manifest::{Manifest, PointRow, Task};
-use tsc_family::store::record::TaskResult;
+use tsc_family::store::manifest::{Manifest, Task};
 use tsc_family::store::results::Results;
 use tsc_family::store::{Layout, Remedy, StoreError};
 
 pub(crate) fn growing(until: Until) -> Manifest {
     let mut manifest = manifest(&["baseline", "fixed-time", "idqn", "ippo"]);
-    let identity = &mut manifest.identity;
-    let (point, draw) = (identity.points[0].clone(), identity.sample.draws[0].clone());
-    let named = |i: usize| format!("p{i}");
-    identity.points = (0..8)
-        .map(|i| {
-            let features = vec![2.0, 100.0 * i as f64];
-            PointRow { point: named(i), features, importance: 0.125, ..point.clone() }
-        })
-        .collect();
-    let draws = |n: usize| -> Vec<Draw> {
-        (0..n).map(|i| Draw { point: named(i), weight: 1.0 / n as f64, ..draw.clone() }).collect()
+    equal_points(&mut manifest, 8, |i| (format!("p{i}"), vec![2.0, 100.0 * i as f64]));
+    let sample = &mut manifest.identity.sample;
+    let look = |budget: usize| {
+        let draw = |d: &Draw| Draw { weight: 1.0 / budget as f64, ..d.clone() };
+        Look { budget, draws: sample.draws[..budget].iter().map(draw).collect() }
     };
-    let look = |budget: usize| Look { budget, draws: draws(budget) };
-    let sample = &mut identity.sample;
-    sample.sampling = Sampling::Balanced;
-    (sample.budget, sample.family_size, sample.draws) = (8, 40, draws(8));
     sample.growth = Some(Growth { until, looks: vec![look(4), look(8)] });
+    (sample.sampling, sample.family_size) = (Sampling::Balanced, 40);
     manifest
 }
 
@@ -54,9 +44,7 @@ pub(crate) fn delays(task: &Task) -> [f64; 2] {
 pub(crate) fn written(root: &Path, until: Until, second: &[&str]) -> Layout {
     write_results(root, &growing(until), |task| {
         let is_first = task.point.as_str() < "p4";
-        let rows = evaluations(&delays(task));
-        (is_first || second.contains(&task.method.as_str()))
-            .then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+        ended(&delays(task)).filter(|_| is_first || second.contains(&task.method.as_str()))
     })
 }
 
@@ -140,8 +128,7 @@ fn who_dropped_out_weighs_point_mdps_as_in_its_last_look() {
     let dir = tempfile::tempdir().unwrap();
     let layout = write_results(dir.path(), &manifest, |task| {
         let is_done = task.method.as_str() != "ippo" || task.point.as_str() < "p4";
-        let rows = evaluations(&delays(task));
-        is_done.then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+        ended(&delays(task)).filter(|_| is_done)
     });
     let ippo = Dropped { method: "ippo".into(), look: 1, behind: "idqn".into() };
     write_dropped(&layout, &[ippo]).unwrap();
@@ -168,8 +155,7 @@ fn a_training_that_failed_may_be_what_decides() {
             if fails && (task.point.as_str(), task.replicate) == ("p0", 1) {
                 return Some(Err("it failed"));
             }
-            let rows = evaluations(&delays(task));
-            (task.point.as_str() < "p4").then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+            ended(&delays(task)).filter(|_| task.point.as_str() < "p4")
         });
         let standing = reported(&layout).standing().unwrap();
         standing.behind.into_iter().map(|dropped| dropped.method).collect()
@@ -186,8 +172,7 @@ fn who_failed_in_a_run_with_looks_has_no_place_on_the_leaderboard() {
             return Some(Err("it failed"));
         }
         let is_done = task.method.as_str() != "ippo" || task.point.as_str() < "p4";
-        let rows = evaluations(&delays(task));
-        is_done.then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+        ended(&delays(task)).filter(|_| is_done)
     });
     let ippo = Dropped { method: "ippo".into(), look: 1, behind: "fixed-time".into() };
     write_dropped(&layout, &[ippo]).unwrap();

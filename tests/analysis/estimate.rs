@@ -1,16 +1,14 @@
 //! `tsc-family estimate`: estimators on a family that is known as a whole.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
 use clap::ValueEnum;
 
-use crate::made_up::{evaluations, manifest, write_results};
-use tsc_family::sample::Draw;
+use crate::common::{run, stderr, stdout, succeed};
+use crate::made_up::{ended, equal_points, manifest, write_results};
 use tsc_family::sample::design::{Input, Measure};
 use tsc_family::stats::{Direction, PointObjectives};
 use tsc_family::store::manifest::Manifest;
-use tsc_family::store::record::TaskResult;
 use tsc_family::study::{Cell, Kind, Recorded, RecordedMethod, StudyPlan, study};
 
 const SIZE: usize = 120;
@@ -112,25 +110,7 @@ fn the_same_plan_gives_the_same_cells_on_one_thread_and_on_four() {
 /// A run of a family of twelve; delays rise with the inflow.
 fn twelve() -> Manifest {
     let mut manifest = manifest(&["baseline", "steady", "nervous"]);
-    let identity = &mut manifest.identity;
-    let pattern = identity.points[0].clone();
-    identity.points = (0..12)
-        .map(|i| {
-            let mut point = pattern.clone();
-            point.point = format!("p{i:02}");
-            point.features = vec![2.0, 100.0 * f64::from(i)];
-            point.importance = 1.0 / 12.0;
-            point
-        })
-        .collect();
-    let draw = |p: &tsc_family::store::manifest::PointRow| Draw {
-        point: p.point.clone(),
-        weight: p.importance,
-        count: 1,
-        inclusion: None,
-    };
-    identity.sample.draws = identity.points.iter().map(draw).collect();
-    (identity.sample.budget, identity.sample.family_size) = (12, 12);
+    equal_points(&mut manifest, 12, |i| (format!("p{i:02}"), vec![2.0, 100.0 * i as f64]));
     manifest
 }
 
@@ -144,37 +124,28 @@ fn write_twelve(root: &Path, manifest: &Manifest, without: &str) {
             _ => 0.4 + 0.05 * i,
         };
         let delay = factor * (20.0 + i);
-        let rows = evaluations(&[delay, 1.02 * delay]);
-        (task.method != without || task.point != "p03")
-            .then_some(Ok(TaskResult { rows, ..TaskResult::default() }))
+        ended(&[delay, 1.02 * delay]).filter(|_| task.method != without || task.point != "p03")
     });
 }
 
-fn estimate(folder: &Path, args: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tsc-family"));
-    command.current_dir(folder).arg("estimate").args(args.split_whitespace()).output().unwrap()
-}
-
 fn fails(folder: &Path, args: &str) -> String {
-    let output = estimate(folder, args);
+    let output = run(folder, &format!("estimate {args}"));
     assert_eq!(output.status.code(), Some(2), "{output:?}");
-    String::from_utf8(output.stderr).unwrap()
+    stderr(&output)
 }
 
 #[test]
 fn the_command_writes_a_table() {
     let dir = tempfile::tempdir().unwrap();
     write_twelve(&dir.path().join("all"), &twelve(), "");
-    let output = estimate(dir.path(), "all --repeats 20");
-    assert_eq!(output.status.code(), Some(0), "{output:?}");
-    let table = String::from_utf8(output.stdout).unwrap();
+    let table = succeed(dir.path(), "estimate all --repeats 20");
     for expected in ["N = 10", "Bayesian quadrature", "steady", "nervous"] {
         assert!(table.contains(expected), "{table}");
     }
     let csv = std::fs::read_to_string(dir.path().join("all/estimate/errors.csv")).unwrap();
     assert_eq!(csv.lines().count(), 1 + 2 * 6);
-    let json = estimate(dir.path(), "all --repeats 20 --json --budgets 3,5 --estimators m3");
-    assert_eq!(String::from_utf8(json.stdout).unwrap().lines().count(), 2 * 2);
+    let json = "estimate all --repeats 20 --json --budgets 3,5 --estimators m3";
+    assert_eq!(succeed(dir.path(), json).lines().count(), 2 * 2);
 }
 
 #[test]
@@ -219,8 +190,8 @@ fn what_assists_may_be_of_other_settings_which_is_said() {
     with("same", of(3, 0.2));
     with("other", of(4, 0.1));
     let said = |args: &str| {
-        let args = format!("{args} --estimators bq --budgets 5 --repeats 2");
-        String::from_utf8(estimate(dir.path(), &args).stderr).unwrap()
+        let args = format!("estimate {args} --estimators bq --budgets 5 --repeats 2");
+        stderr(&run(dir.path(), &args))
     };
     let told = "other was computed with other settings (signal.yellow_time_s = 4 there, 3 here)";
     assert!(said("all --assist other").contains(told));
@@ -232,11 +203,8 @@ fn what_assists_may_be_of_other_settings_which_is_said() {
 fn a_method_that_lacks_scores_is_left_out_and_named() {
     let dir = tempfile::tempdir().unwrap();
     write_twelve(&dir.path().join("all"), &twelve(), "nervous");
-    let output = estimate(dir.path(), "all --repeats 5");
-    let (table, notes) = (output.stdout, String::from_utf8(output.stderr).unwrap());
-    assert!(!String::from_utf8(table).unwrap().contains("nervous"));
-    assert!(
-        notes.contains("nervous is left out: it has no score on 1 of the point MDPs"),
-        "{notes}"
-    );
+    let output = run(dir.path(), "estimate all --repeats 5");
+    assert!(!stdout(&output).contains("nervous"));
+    let said = "nervous is left out: it has no score on 1 of the point MDPs";
+    assert!(stderr(&output).contains(said), "{output:?}");
 }

@@ -3,12 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use serde_json::json;
+use crate::made_up;
 use tsc_family::family::Feature;
+use tsc_family::sample::Draw;
 use tsc_family::stats::Direction;
 use tsc_family::store::Layout;
-use tsc_family::store::manifest::{Identity, Manifest, PointRow, Provenance};
-use tsc_family::store::record::{Metrics, Record, Row, RowKind, TaskResult};
+use tsc_family::store::manifest::{Manifest, PointRow};
 
 /// A family: its methods, and per point MDP id, importance, size and what each method achieves; `None` has no record.
 pub(crate) struct MadeUp<'a> {
@@ -21,62 +21,37 @@ pub(crate) struct MadeUp<'a> {
 
 impl MadeUp<'_> {
     pub(crate) fn manifest(&self) -> Manifest {
+        let mut manifest = made_up::manifest(self.methods);
+        let (point, draw) = made_up::pattern(&manifest);
+        let identity = &mut manifest.identity;
         let point = |(id, importance, size, _): &(String, f64, f64, Vec<Option<f64>>)| PointRow {
             point: id.clone(),
-            title: String::new(),
             importance: *importance,
             instances: 1,
             features: vec![*size],
             places: Vec::new(),
-            content: String::new(),
             environment: id.clone(),
             sha256: Default::default(),
-            given: Default::default(),
+            ..point.clone()
         };
-        let draws = self.points.iter();
-        let draws =
-            draws.map(|(id, weight, _, _)| json!({"point": id, "weight": weight, "count": 1}));
-        let sample = json!({
-            "sampling": "all",
-            "budget": self.points.len(),
-            "family_size": self.points.len(),
-            "seed": 0,
-            "draws": draws.collect::<Vec<_>>(),
-        });
-        Manifest {
-            identity: Identity {
-                domain: "river".into(),
-                direction: self.direction,
-                schema_version: 1,
-                tsc_family: "0.1.0".into(),
-                simulator: "water".into(),
-                scenario: "swimmer".into(),
-                settings: json!({}),
-                features: vec![Feature { name: "size_m".into(), unit: "m".into() }],
-                // As in a file, in which what was added later has a default.
-                sample: serde_json::from_value(sample).unwrap(),
-                points: self.points.iter().map(point).collect(),
-                methods: self.methods.iter().map(|m| (*m).to_owned()).collect(),
-                controllers: vec![],
-                baseline: self.baseline.into(),
-                objective: self.objective.into(),
-                replicates: 1,
-                replicated: vec![],
-                base_seed: 0,
-                evaluation_seeds: vec![1_073_741_825],
-            },
-            provenance: Provenance {
-                command: "tsc-family run swimmer".into(),
-                git: "abc1234".into(),
-                rustc: "rustc 1.95.0".into(),
-                host: "Linux x86_64".into(),
-                started: "2026-01-01T00:00:00Z".into(),
-                networks: String::new(),
-                warnings: vec![],
-                memory_per_worker_mb: None,
-                assisting: None,
-            },
-        }
+        let draw = |(id, weight, ..): &(String, f64, f64, Vec<Option<f64>>)| Draw {
+            point: id.clone(),
+            weight: *weight,
+            ..draw.clone()
+        };
+        identity.points = self.points.iter().map(point).collect();
+        identity.sample.draws = self.points.iter().map(draw).collect();
+        (identity.sample.budget, identity.sample.family_size) =
+            (self.points.len(), self.points.len());
+        (identity.domain, identity.scenario) = ("river".into(), "swimmer".into());
+        (identity.simulator, identity.settings) = ("water".into(), serde_json::json!({}));
+        identity.features = vec![Feature { name: "size_m".into(), unit: "m".into() }];
+        (identity.direction, identity.objective) = (self.direction, self.objective.into());
+        identity.baseline = self.baseline.into();
+        identity.evaluation_seeds.truncate(1);
+        manifest.provenance.command = "tsc-family run swimmer".into();
+        manifest.provenance.networks = String::new();
+        manifest
     }
 
     pub(crate) fn write(&self, root: &Path) -> Layout {
@@ -85,22 +60,16 @@ impl MadeUp<'_> {
 
     pub(crate) fn write_with(&self, root: &Path, manifest: &Manifest) -> Layout {
         fs::create_dir_all(root).unwrap();
-        let layout = Layout::new(root);
-        fs::write(layout.manifest(), serde_json::to_string(manifest).unwrap()).unwrap();
-        let sha256 = manifest.sha256();
-        for task in manifest.identity.tasks() {
+        made_up::write_results(root, manifest, |task| {
             let point = self.points.iter().find(|p| p.0 == task.point).unwrap();
             let method = self.methods.iter().position(|m| *m == task.method).unwrap();
-            if let Some(value) = point.3[method] {
-                let values =
-                    [(self.objective.to_owned(), value), ("effort_j".to_owned(), 10.0 * value)];
-                let (kind, metrics) = (RowKind::Evaluation, Metrics::from(values));
-                let rows = vec![Row { kind, episode: 0, seed: 1_073_741_825, metrics }];
-                let result = TaskResult { rows, ..TaskResult::default() };
-                Record::finished(&task, &sha256, result).commit(&layout).unwrap();
-            }
-        }
-        layout
+            let value = point.3[method]?;
+            let mut rows = made_up::evaluations(&[value]);
+            let metrics =
+                [(self.objective.to_owned(), value), ("effort_j".to_owned(), 10.0 * value)];
+            rows[0].metrics = metrics.into();
+            Some(made_up::done(rows))
+        })
     }
 }
 

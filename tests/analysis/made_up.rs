@@ -88,6 +88,26 @@ pub(crate) fn manifest(methods: &[&str]) -> Manifest {
     }
 }
 
+/// A point MDP and its draw, of which others are made.
+pub(crate) fn pattern(manifest: &Manifest) -> (PointRow, Draw) {
+    (manifest.identity.points[0].clone(), manifest.identity.sample.draws[0].clone())
+}
+
+/// Gives a run so many point MDPs of equal weight, with these names and features.
+pub(crate) fn equal_points(
+    manifest: &mut Manifest,
+    n: usize,
+    of: impl Fn(usize) -> (String, Vec<f64>),
+) {
+    let (point, draw) = pattern(manifest);
+    let (importance, identity) = (1.0 / n as f64, &mut manifest.identity);
+    let row = |(name, features)| PointRow { point: name, features, importance, ..point.clone() };
+    identity.points = (0..n).map(of).map(row).collect();
+    let drawn = |p: &PointRow| Draw { point: p.point.clone(), weight: importance, ..draw.clone() };
+    identity.sample.draws = identity.points.iter().map(drawn).collect();
+    (identity.sample.budget, identity.sample.family_size) = (n, n);
+}
+
 pub(crate) fn write_results(
     root: &Path,
     manifest: &Manifest,
@@ -111,22 +131,23 @@ pub(crate) fn write_results(
     layout
 }
 
+pub(crate) fn done(rows: Vec<Row>) -> Ending {
+    Ok(TaskResult { rows, ..TaskResult::default() })
+}
+
 pub(crate) fn ended(delays_s: &[f64]) -> Option<Ending> {
-    Some(Ok(TaskResult { rows: evaluations(delays_s), ..TaskResult::default() }))
+    Some(done(evaluations(delays_s)))
 }
 
 /// The same with another value of a metric, or without it.
 pub(crate) fn measured(delays_s: &[f64], metric: &str, value: Option<f64>) -> Ending {
     let mut rows = evaluations(delays_s);
     for row in &mut rows {
-        row.metrics = row.metrics.iter().filter(|(name, _)| *name != metric).map(own).collect();
+        let others = row.metrics.iter().filter(|(name, _)| *name != metric);
+        row.metrics = others.map(|(name, value)| (name.clone(), *value)).collect();
         row.metrics.extend(value.map(|value| (metric.to_owned(), value)));
     }
-    Ok(TaskResult { rows, ..TaskResult::default() })
-}
-
-fn own((name, value): (&String, &f64)) -> (String, f64) {
-    (name.clone(), *value)
+    done(rows)
 }
 
 /// A report as it was written, whose page and drawings are well-formed.

@@ -2,14 +2,16 @@
 
 use std::fs;
 
-use crate::made_up::{Ending, SEEDS, Written, ended, evaluations, manifest, measured, written};
+use crate::made_up::{
+    Ending, SEEDS, Written, done, ended, equal_points, evaluations, manifest, measured, written,
+};
 use tsc_family::analysis::Decided;
 use tsc_family::domains;
 use tsc_family::report::{CITATIONS, Report, text};
 use tsc_family::sample::design::DesignPoint;
-use tsc_family::sample::{Design, Draw, Input, Measure, Sampling};
+use tsc_family::sample::{Design, Input, Measure, Sampling};
 use tsc_family::stats::Direction;
-use tsc_family::store::manifest::{Manifest, PointRow, Task};
+use tsc_family::store::manifest::{Manifest, Task};
 use tsc_family::store::opaque::Opaque;
 use tsc_family::store::own::{OwnKind, OwnMethod};
 use tsc_family::store::record::{Metrics, Row, RowKind, TaskResult};
@@ -87,12 +89,12 @@ fn heavy_tail() -> Written {
                 let metrics = Metrics::from([("delay_s".to_owned(), 33.0)]);
                 let mut rows = evaluations(&[[15.0; 2], [100.0; 2]][busy]);
                 rows.insert(0, Row { kind: RowKind::Training, episode: 0, seed: 7, metrics });
-                Ok(TaskResult { rows, ..TaskResult::default() })
+                done(rows)
             }
             "max-pressure" => {
                 let mut rows = evaluations(&[[10.0; 2], [400.0; 2]][busy]);
                 rows[1].metrics.insert("unfinished_veh".into(), 90.0);
-                Ok(TaskResult { rows, ..TaskResult::default() })
+                done(rows)
             }
             _ => ended(&[[20.0; 2], [200.0; 2]][busy])?,
         })
@@ -301,14 +303,7 @@ fn what_chance_alone_may_explain_is_no_title() {
 fn a_first_place_of_one_training_that_rests_on_five_point_mdps_is_open_and_names_them() {
     let said = |ahead: usize| {
         let mut manifest = manifest(&["baseline", "max-pressure", "idqn"]);
-        let (row, draw) =
-            (manifest.identity.points[0].clone(), manifest.identity.sample.draws[0].clone());
-        let points: Vec<String> = (0..24).map(|i| format!("p{i:02}")).collect();
-        manifest.identity.points =
-            points.iter().map(|p| PointRow { point: p.clone(), ..row.clone() }).collect();
-        manifest.identity.sample.draws =
-            points.iter().map(|p| Draw { point: p.clone(), ..draw.clone() }).collect();
-        (manifest.identity.sample.budget, manifest.identity.sample.family_size) = (24, 24);
+        equal_points(&mut manifest, 24, |i| (format!("p{i:02}"), vec![2.0, 250.0]));
         let run = written(&manifest, |task| {
             let place: usize = task.point[1..].parse().unwrap();
             match task.method.as_str() {
@@ -687,7 +682,7 @@ fn a_task_of_another_kind_knows_neither_baseline_nor_traffic() {
             let distance = row.metrics["delay_s"];
             row.metrics = named(&[("distance_m", distance), ("strokes", 30.0)]);
         }
-        Some(Ok(TaskResult { rows, ..TaskResult::default() }))
+        Some(done(rows))
     });
     snapshot("river", &[run.words(), text::table(&run.data), run.file("summary.csv")]);
     for strange in ["delay", "vehicle", "intersection", "signal", "traffic", "SUMO"] {

@@ -4,9 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use crate::made_up::{evaluations, manifest, reported, well_linked};
+use crate::made_up::{equal_points, evaluations, manifest, reported, well_linked};
 use tsc_family::report;
-use tsc_family::sample::Draw;
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::Manifest;
 use tsc_family::store::record::{Record, TaskResult};
@@ -20,31 +19,16 @@ const METHODS: [&str; 6] = ["baseline", "fixed-time", "actuated", "max-pressure"
 
 fn large() -> Manifest {
     let mut manifest = manifest(&METHODS);
-    let identity = &mut manifest.identity;
-    let template = identity.points[0].clone();
-    let importance = 1.0 / POINTS as f64;
-    identity.points = (0..POINTS)
-        .map(|i| {
-            let mut row = template.clone();
-            row.point = format!("L4-S30-D300-Q{i}-l0-r0");
-            row.importance = importance;
-            row.features = vec![(i % 6) as f64, (i % 40) as f64 * 25.0];
-            let at = |k: usize| {
-                let spread = (i * 3 + k) as f64;
-                [40.7 + 0.1 * (spread * 0.618).fract(), -111.9 + 0.1 * (spread * 0.377).fract()]
-            };
-            row.places = (0..3).map(at).collect();
-            row
-        })
-        .collect();
-    let draw = |p: &tsc_family::store::manifest::PointRow| Draw {
-        point: p.point.clone(),
-        weight: importance,
-        count: 1,
-        inclusion: None,
-    };
-    identity.sample.draws = identity.points.iter().map(draw).collect();
-    (identity.sample.budget, identity.sample.family_size) = (POINTS, POINTS);
+    equal_points(&mut manifest, POINTS, |i| {
+        (format!("L4-S30-D300-Q{i}-l0-r0"), vec![(i % 6) as f64, (i % 40) as f64 * 25.0])
+    });
+    for (i, row) in manifest.identity.points.iter_mut().enumerate() {
+        let at = |k: usize| {
+            let spread = (i * 3 + k) as f64;
+            [40.7 + 0.1 * (spread * 0.618).fract(), -111.9 + 0.1 * (spread * 0.377).fract()]
+        };
+        row.places = (0..3).map(at).collect();
+    }
     manifest
 }
 

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use crate::dropped::{delays, growing};
-use crate::made_up::{SEEDS, evaluations, manifest, write_results};
+use crate::made_up::{SEEDS, ended, equal_points, evaluations, manifest, write_results};
 use tsc_family::analysis::{Analysis, NoMeasures};
-use tsc_family::sample::{Draw, Sampling, Until};
+use tsc_family::sample::{Sampling, Until};
 use tsc_family::store::Layout;
-use tsc_family::store::manifest::{Manifest, PointRow, Task};
+use tsc_family::store::manifest::{Manifest, Task};
 use tsc_family::store::record::{Metrics, Row, RowKind, TaskResult};
 use tsc_family::store::results::Results;
 
@@ -18,26 +18,14 @@ const CHOSEN: usize = 20;
 /// Balanced samples of point MDPs with these probabilities to be drawn, called `p0`, `p1`, ...
 fn balanced(methods: &[&str], inclusion: &[f64]) -> Manifest {
     let mut manifest = manifest(methods);
+    let of = |i: usize| (format!("p{i}"), vec![2.0, 100.0 * i as f64]);
+    equal_points(&mut manifest, inclusion.len(), of);
     let identity = &mut manifest.identity;
     identity.evaluation_seeds = SEEDS.to_vec();
-    let (point, n) = (identity.points[0].clone(), inclusion.len());
-    let row = |i: usize| PointRow {
-        point: format!("p{i}"),
-        features: vec![2.0, 100.0 * i as f64],
-        importance: 1.0 / FAMILY as f64,
-        ..point.clone()
-    };
-    let draw = |(i, inclusion): (usize, &f64)| Draw {
-        point: format!("p{i}"),
-        weight: 1.0 / n as f64,
-        count: 1,
-        inclusion: Some(*inclusion),
-    };
-    identity.points = (0..n).map(row).collect();
+    identity.points.iter_mut().for_each(|p| p.importance = 1.0 / FAMILY as f64);
     let sample = &mut identity.sample;
-    sample.sampling = Sampling::Balanced;
-    (sample.budget, sample.family_size) = (n, FAMILY);
-    sample.draws = inclusion.iter().enumerate().map(draw).collect();
+    (sample.sampling, sample.family_size) = (Sampling::Balanced, FAMILY);
+    sample.draws.iter_mut().zip(inclusion).for_each(|(draw, pi)| draw.inclusion = Some(*pi));
     manifest
 }
 
@@ -112,8 +100,7 @@ fn is_enough(root: &Path, until: &Until, has_delay: bool) -> bool {
             true => delays(task),
             false => [0.0; 2],
         };
-        let rows = evaluations(&delays);
-        (task.point.as_str() < "p4").then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+        ended(&delays).filter(|_| task.point.as_str() < "p4")
     });
     analysed(&layout).standing().unwrap().is_enough
 }

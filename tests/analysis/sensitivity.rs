@@ -99,7 +99,6 @@ fn what_methods_lack_is_said_and_left_out() {
 
 fn odd(root: &Path) {
     swimmers().write(&root.join("river"));
-    fs::create_dir(root.join("empty")).unwrap();
     fs::create_dir(root.join("thesis")).unwrap();
     fs::write(root.join("thesis/chapter.tex"), "").unwrap();
     let mut old = swimmers().manifest();
@@ -117,9 +116,6 @@ fn odd(root: &Path) {
     let mut sizes = swimmers();
     sizes.points[0].2 = -1.0;
     sizes.write(&root.join("sizes"));
-    let mut flat = swimmers();
-    flat.points.iter_mut().for_each(|p| p.2 = 0.0);
-    flat.write(&root.join("flat"));
 }
 
 #[test]
@@ -127,23 +123,16 @@ fn unusable_input_is_refused_with_its_place_and_a_way_out() {
     let folder = tempfile::tempdir().unwrap();
     odd(folder.path());
     let cases = [
-        ("empty", 2),
-        ("thesis", 2),
-        ("nowhere", 2),
         ("old", 5),
         ("nan", 2),
         ("twice", 2),
         ("none", 2),
-        ("none --methods drift,dive", 2),
         ("river --methods drift", 2),
         ("river --methods drift,drift", 2),
         ("river --methods drift,dove", 2),
-        ("river --methods dove", 2),
         ("river --weigh-by siz_m", 2),
         ("sizes --weigh-by size_m", 2),
-        ("flat --weigh-by size_m", 2),
         ("river --concentration 0", 2),
-        ("river --concentration nan", 2),
         ("river --reported p9", 2),
         ("river --out thesis", 2),
     ];

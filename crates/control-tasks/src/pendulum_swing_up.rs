@@ -112,6 +112,7 @@ impl Task for SwingUps {
         title: "steps to upright",
         unit: "steps",
         direction: Direction::Lower,
+        most: None,
     };
     // Not upright within the 200 steps of an episode, in nearly all of them.
     const FAILURE: (Side, f64) = (Side::Above, 199.0);

@@ -10,8 +10,8 @@
 use crate::episodes::Dynamics;
 use crate::methods::{ppo, td3, trpo};
 use crate::task::{
-    Actions, ContextFeature, Direction, Generator, Objective, POSITIVE, PointMdp, Side, Task,
-    feature, point, scenario, settings,
+    Actions, ContextFeature, Generator, NORMALISED_RETURN, Objective, POSITIVE, PointMdp, Side,
+    Task, feature, point, scenario, settings,
 };
 
 const STEP_S: f64 = 0.1;
@@ -148,8 +148,8 @@ impl Task for Quads {
     const OBJECTIVE: Objective = Objective {
         metric: "course_share",
         title: "share of the course",
-        unit: "",
-        direction: Direction::Higher,
+        most: Some(1.0),
+        ..NORMALISED_RETURN
     };
     // Less than half of the course.
     const FAILURE: (Side, f64) = (Side::Below, 0.5);

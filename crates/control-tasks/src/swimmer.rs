@@ -114,6 +114,7 @@ impl Task for Swimmers {
         title: "steps to the goal",
         unit: "steps",
         direction: Direction::Lower,
+        most: None,
     };
     // Not at the goal within the steps of an episode, in nearly all of them.
     const FAILURE: (Side, f64) = (Side::Above, 4999.0);

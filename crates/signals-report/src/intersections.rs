@@ -9,8 +9,9 @@ use geojson::{Feature, FeatureCollection, GeometryValue, JsonObject, JsonValue};
 use super::demand::all_defaults;
 use super::level_of_service::letter;
 use super::shown::{Seen, streets};
-use evaluation::analysis::Analysis;
-use evaluation::report::{Spot, csv};
+use evaluation::analysis::{Analysis, PointResult, PointSummary, Winner};
+use evaluation::report::Spot;
+use evaluation::report::table::{Cell, Columns, Table};
 use signals::places::MappedIntersection;
 
 /// Detail of a family of which every point MDP is an intersection with its own arms.
@@ -67,61 +68,63 @@ pub(super) fn withheld(data: &Analysis, basis: Basis) -> Option<&'static str> {
     }
 }
 
-/// Returns whether a probability is withheld anywhere, so that the tables need a column for the reason.
-fn any_withheld(seen: Seen<'_>) -> bool {
+/// Returns a row per intersection; the columns of one method come last.
+pub(super) fn table(seen: Seen<'_>) -> Table {
+    type Row<'a> = (&'a MappedIntersection, Basis, Option<&'a PointSummary>, Option<&'a Winner>);
     let Seen { data, shown } = seen;
-    let of = |place| withheld(data, basis(data, place).0).is_some();
-    shown.places.intersections.iter().any(of)
-}
-
-/// Returns the columns of an intersection; those of one method come last.
-fn columns(data: &Analysis, place: &MappedIntersection, why: bool) -> Vec<(String, JsonValue)> {
     let identity = &data.manifest.identity;
-    let (basis, point) = basis(data, place);
-    let withheld = withheld(data, basis);
-    let point = point.map(|p| &data.points[p]);
-    let winner = point.and_then(|p| data.winners[p.index].as_ref());
-    let result = |method: Option<usize>| point?.results[method?].as_ref();
-    let number = |value: Option<f64>| value.map_or(JsonValue::Null, JsonValue::from);
-    let objective = |method: Option<usize>| number(result(method).map(|r| r.objective));
-    let name = |method: Option<usize>| JsonValue::from(method.map(|m| identity.methods[m].clone()));
-    let best = winner.map(|w| w.best);
-    let next = winner.and_then(|w| w.runner_up);
-    let level = result(best);
-    let (interval, lead) = (winner.and_then(|w| w.interval), winner.and_then(|w| w.lead));
+    let row = |place| {
+        let (basis, point) = basis(data, place);
+        let point = point.map(|p| &data.points[p]);
+        (place, basis, point, point.and_then(|p| data.winners[p.index].as_ref()))
+    };
+    let best = |w: &Option<&Winner>| w.map(|w| w.best);
+    let next = |w: &Option<&Winner>| w.and_then(|w| w.runner_up);
+    let name = |m: Option<usize>| m.map(|m| identity.methods[m].clone()).unwrap_or_default();
+    let result =
+        |p: &Option<&PointSummary>, m: Option<usize>| p.and_then(|p| p.results[m?].clone());
+    let objective =
+        move |p: &Option<&PointSummary>, m| Cell::exact(result(p, m).map(|r| r.objective));
     let of = |of: &str| format!("{of}_{}", identity.objective);
-    let mut columns = vec![
-        ("id".to_owned(), place.id.clone().into()),
-        ("streets".to_owned(), streets(place).unwrap_or_default().into()),
-        ("latitude".to_owned(), place.latitude.into()),
-        ("longitude".to_owned(), place.longitude.into()),
-        ("point".to_owned(), place.point.clone().into()),
-        ("basis".to_owned(), basis.word().into()),
-        ("results_of".to_owned(), point.map(|p| p.row.point.clone()).into()),
-        ("winner".to_owned(), name(best)),
-        (of("winner"), objective(best)),
-        ("score".to_owned(), number(result(best).and_then(|r| r.score))),
-        ("score_low".to_owned(), number(interval.map(|i| i.0))),
-        ("score_high".to_owned(), number(interval.map(|i| i.1))),
-        ("level_of_service".to_owned(), level.map(|r| letter(r.objective).to_string()).into()),
-        ("runner_up".to_owned(), name(next)),
-        (of("runner_up"), objective(next)),
-        ("lead_low".to_owned(), number(lead.map(|l| l.0))),
-        ("lead_high".to_owned(), number(lead.map(|l| l.1))),
-        ("against".to_owned(), data.reference.name.clone().into()),
-        (
-            "winner_probability".to_owned(),
-            number(winner.filter(|_| withheld.is_none()).and_then(|w| w.probability)),
-        ),
-        (
-            "winner_fails".to_owned(),
-            point.zip(best).and_then(|(p, best)| data.fails(p, best)).into(),
-        ),
-    ];
-    columns.extend(why.then(|| ("winner_probability_withheld".to_owned(), withheld.into())));
-    let methods = identity.methods.iter().enumerate();
-    columns.extend(methods.map(|(m, method)| (of(method), objective(Some(m)))));
-    columns
+    let level = |r: PointResult| letter(r.objective).to_string();
+    let withheld = |basis: &Basis| withheld(data, *basis);
+    let mut columns = Columns::new()
+        .text("id", "", |(place, ..): &Row<'_>| place.id.clone())
+        .text("streets", "", |(place, ..)| streets(place).unwrap_or_default())
+        .file("latitude", |(place, ..)| Cell::exact(place.latitude))
+        .file("longitude", |(place, ..)| Cell::exact(place.longitude))
+        .text("point", "", |(place, ..)| place.point.clone())
+        .text("basis", "", |(_, basis, ..)| basis.word().to_owned())
+        .text("results_of", "", |(_, _, p, _)| p.map(|p| p.row.point.clone()).unwrap_or_default())
+        .text("winner", "", move |(.., w)| name(best(w)))
+        .file(of("winner"), move |(_, _, p, w)| objective(p, best(w)))
+        .file("score", move |(_, _, p, w)| Cell::exact(result(p, best(w)).and_then(|r| r.score)))
+        .file("score_low", |(.., w)| Cell::exact(w.and_then(|w| Some(w.interval?.0))))
+        .file("score_high", |(.., w)| Cell::exact(w.and_then(|w| Some(w.interval?.1))))
+        .text("level_of_service", "", move |(_, _, p, w)| {
+            result(p, best(w)).map(level).unwrap_or_default()
+        })
+        .text("runner_up", "", move |(.., w)| name(next(w)))
+        .file(of("runner_up"), move |(_, _, p, w)| objective(p, next(w)))
+        .file("lead_low", |(.., w)| Cell::exact(w.and_then(|w| Some(w.lead?.0))))
+        .file("lead_high", |(.., w)| Cell::exact(w.and_then(|w| Some(w.lead?.1))))
+        .text("against", "", |_| data.reference.name.clone())
+        .file("winner_probability", move |(_, basis, _, w)| {
+            let given = w.filter(|_| withheld(basis).is_none());
+            Cell::exact(given.and_then(|w| w.probability))
+        })
+        .file("winner_fails", |(_, _, p, w)| {
+            Cell::flag(p.zip(*w).and_then(|(p, w)| data.fails(p, w.best)))
+        });
+    if shown.places.intersections.iter().any(|place| withheld(&basis(data, place).0).is_some()) {
+        columns = columns.text("winner_probability_withheld", "", move |(_, basis, ..)| {
+            withheld(basis).unwrap_or_default().to_owned()
+        });
+    }
+    for (m, method) in identity.methods.iter().enumerate() {
+        columns = columns.file(of(method), move |(_, _, p, _)| objective(p, Some(m)));
+    }
+    columns.table(shown.places.intersections.iter().map(row))
 }
 
 /// Returns the rows of the table of intersections on the page, each with its dot on the map.
@@ -150,38 +153,18 @@ pub(super) fn spots(seen: Seen<'_>) -> Vec<Spot> {
     shown.places.intersections.iter().enumerate().map(of).collect()
 }
 
-/// Returns `intersections.csv`.
-pub(super) fn table(seen: Seen<'_>) -> String {
-    let Seen { data, shown } = seen;
-    let text = |cell: JsonValue| match cell {
-        JsonValue::Null => String::new(),
-        JsonValue::String(text) => text,
-        JsonValue::Number(n) => n.as_f64().map_or_else(String::new, |n| n.to_string()),
-        other => other.to_string(),
-    };
-    let why = any_withheld(seen);
-    let of = |place| columns(data, place, why).into_iter().unzip::<_, _, Vec<_>, Vec<_>>();
-    let nowhere = MappedIntersection::default();
-    let header = of(&nowhere).0;
-    let row = |place| of(place).1.into_iter().map(text).collect();
-    csv::table(&header, shown.places.intersections.iter().map(row))
-}
-
 /// Returns `results.geojson`: a point per intersection with the columns of the table.
 pub(super) fn geojson(seen: Seen<'_>) -> String {
-    let Seen { data, shown } = seen;
-    let why = any_withheld(seen);
-    let at = |name: &str| name == "latitude" || name == "longitude";
-    let feature = |place: &MappedIntersection| {
-        let properties: JsonObject =
-            columns(data, place, why).into_iter().filter(|(name, _)| !at(name)).collect();
+    let feature = |(place, mut properties): (&MappedIntersection, JsonObject)| {
+        properties.retain(|name, _| name != "latitude" && name != "longitude");
         Feature {
             geometry: Some(GeometryValue::new_point([place.longitude, place.latitude]).into()),
             properties: Some(properties),
             ..Feature::default()
         }
     };
-    let features = shown.places.intersections.iter().map(feature).collect();
+    let rows = seen.shown.places.intersections.iter().zip(table(seen).json());
+    let features = rows.map(feature).collect();
     let collection = FeatureCollection { bbox: None, features, foreign_members: None };
     let mut text = serde_json::to_string(&collection).expect("features are plain data");
     // A line per intersection, so that two versions can be compared.

@@ -16,8 +16,8 @@ use super::level_of_service::letter;
 use super::shown::{Seen, finished};
 use basics::units::FOOT_M;
 use evaluation::analysis::Analysis;
-use evaluation::report::csv::{self, number};
 use evaluation::report::format;
+use evaluation::report::table::{Cell, Columns};
 use evaluation::store::manifest::Task;
 use evaluation::store::record::Summary;
 use evaluation::store::results::Results;
@@ -64,47 +64,47 @@ pub(crate) fn movements(results: &Results) -> Vec<TaskMovements> {
 
 /// Returns the table of all movements.
 pub(crate) fn table(seen: Seen<'_>) -> String {
+    type Row<'a> = (&'a TaskMovements, &'a MovementResult, Option<Capacity>);
     let Seen { data, shown } = seen;
+    let (identity, hours) = (&data.manifest.identity, hours(data));
     let titles = shown.titles(data);
-    let titled = csv::Titled(titles.as_deref());
-    let hours = hours(data);
-    let (mut header, mut rows) = (Vec::new(), Vec::new());
-    for task in &shown.movements {
-        let identity = &data.manifest.identity;
+    let rows = shown.movements.iter().flat_map(|task| {
         let capacities = basis(data).map(|basis| basis.capacities(&task.results));
-        for (i, m) in task.results.iter().enumerate() {
-            let capacity = capacities.as_ref().and_then(|all| all[i]);
-            let supply = m.supply.as_ref();
-            let level = level(m, capacity).map(|level| level.to_string());
-            let ratio = capacity.map(|c| c.ratio).filter(|ratio| ratio.is_finite());
-            let columns = [
-                ("point", identity.points[task.point].point.clone()),
-                ("method", identity.methods[task.method].clone()),
-                ("replicate", task.replicate.to_string()),
-                ("movement", m.movement.clone()),
-                ("from_edge", m.from.clone()),
-                ("to_edge", m.to.clone()),
-                ("volume_vph", number(Some(m.vehicles_veh / hours))),
-                ("delay_s", number(m.delay_s)),
-                ("level_of_service", level.unwrap_or_default()),
-                ("stops_per_veh", number(m.stops)),
-                ("unfinished_share", number(unfinished(m))),
-                ("queue_50_veh", number(Some(m.queue_50_veh))),
-                ("queue_95_veh", number(Some(m.queue_95_veh))),
-                ("lane_group", supply.map_or_else(String::new, |s| s.group.clone())),
-                ("green_share", number(supply.map(|s| s.protected_share + s.permissive_share))),
-                ("capacity_vph", number(capacity.and_then(|c| c.group_vph))),
-                ("v_c", number(ratio)),
-                ("hcm_delay_s", number(capacity.and_then(|c| c.delay_s))),
-                ("storage_m", number(m.storage_m)),
-                ("queue_storage_ratio", number(queue_ratio(m))),
-            ];
-            let (names, cells): (Vec<&str>, Vec<String>) = columns.into_iter().unzip();
-            header = names.into_iter().map(str::to_owned).collect();
-            rows.push(titled.row(task.point, cells));
-        }
+        let capacity = move |i: usize| capacities.as_ref().and_then(|all| all[i]);
+        task.results.iter().enumerate().map(move |(i, m)| (task, m, capacity(i)))
+    });
+    let green = |m: &MovementResult| {
+        Some(m.supply.as_ref()?).map(|s| s.protected_share + s.permissive_share)
+    };
+    let mut columns = Columns::new()
+        .text("point", "", |(task, ..): &Row<'_>| identity.points[task.point].point.clone())
+        .text("method", "", |(task, ..)| identity.methods[task.method].clone())
+        .file("replicate", |(task, ..)| Cell::count(task.replicate as usize))
+        .text("movement", "", |(_, m, _)| m.movement.clone())
+        .text("from_edge", "", |(_, m, _)| m.from.clone())
+        .text("to_edge", "", |(_, m, _)| m.to.clone())
+        .file("volume_vph", move |(_, m, _)| Cell::exact(m.vehicles_veh / hours))
+        .file("delay_s", |(_, m, _)| Cell::exact(m.delay_s))
+        .text("level_of_service", "", |(_, m, c)| {
+            level(m, *c).map(String::from).unwrap_or_default()
+        })
+        .file("stops_per_veh", |(_, m, _)| Cell::exact(m.stops))
+        .file("unfinished_share", |(_, m, _)| Cell::exact(unfinished(m)))
+        .file("queue_50_veh", |(_, m, _)| Cell::exact(m.queue_50_veh))
+        .file("queue_95_veh", |(_, m, _)| Cell::exact(m.queue_95_veh))
+        .text("lane_group", "", |(_, m, _)| {
+            m.supply.as_ref().map(|s| s.group.clone()).unwrap_or_default()
+        })
+        .file("green_share", move |(_, m, _)| Cell::exact(green(m)))
+        .file("capacity_vph", |(.., c)| Cell::exact(c.and_then(|c| c.group_vph)))
+        .file("v_c", |(.., c)| Cell::exact(c.map(|c| c.ratio).filter(|ratio| ratio.is_finite())))
+        .file("hcm_delay_s", |(.., c)| Cell::exact(c.and_then(|c| c.delay_s)))
+        .file("storage_m", |(_, m, _)| Cell::exact(m.storage_m))
+        .file("queue_storage_ratio", |(_, m, _)| Cell::exact(queue_ratio(m)));
+    if let Some(titles) = &titles {
+        columns = columns.text("title", "", |(task, ..)| titles[task.point].clone());
     }
-    csv::table(&titled.header(header), rows.into_iter())
+    columns.table(rows).csv()
 }
 
 /// Returns the section on movements; undefined where no record has them.

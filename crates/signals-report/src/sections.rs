@@ -73,7 +73,7 @@ impl TrafficSections {
             (periods::are_known(self.seen(data)), periods::TABLE, periods::table),
             (!movements.is_empty(), movements::TABLE, movements::table),
             (!streets.is_empty(), corridors::TABLE, corridors::table),
-            (placed, INTERSECTIONS, table),
+            (placed, INTERSECTIONS, |seen| table(seen).csv()),
             (placed, GEOJSON, geojson),
         ];
         let known = all.into_iter().filter(|(is_known, ..)| *is_known);

@@ -151,7 +151,13 @@ impl Domain for Traffic {
     }
 
     fn objective(&self) -> Objective {
-        Objective { metric: DELAY, title: "delay", unit: "s", direction: Direction::Lower }
+        Objective {
+            metric: DELAY,
+            title: "delay",
+            unit: "s",
+            direction: Direction::Lower,
+            most: None,
+        }
     }
 
     fn baseline(&self) -> Option<&'static str> {

@@ -20,10 +20,11 @@ pub(crate) const NORMALISED_RETURN: Objective = Objective {
     title: "normalised return",
     unit: "",
     direction: Direction::Higher,
+    most: None,
 };
 
 pub(crate) const RETURN: Objective =
-    Objective { metric: "return", title: "return", unit: "", direction: Direction::Higher };
+    Objective { metric: "return", title: "return", ..NORMALISED_RETURN };
 
 /// A number that one point MDP of a family differs in from another.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -25,6 +25,8 @@ pub(super) struct Evidence<'a> {
     pub(super) tasks: &'a [TaskScore],
     /// All evaluation episodes.
     pub(super) episodes: &'a Episodes,
+    /// The most that a score can be; infinite where that is not known.
+    pub(super) most: f64,
     /// Of every method, whether it learned, once on each point MDP.
     pub(super) learned_once: &'a [bool],
     /// What is known of the whole family.

@@ -31,6 +31,12 @@ pub struct Share {
 
 /// What a domain adds to an analysis of its records; without any of it everything else is still there.
 pub trait Measures: Sync {
+    /// Returns the most that the objective can be; `None` where nobody has said.
+    fn most(&self, objective: &str) -> Option<f64> {
+        let _ = objective;
+        None
+    }
+
     /// Returns the regimes into which point MDPs fall by what the objective says of them.
     fn regimes(&self, objective: &str) -> &'static [Regime] {
         let _ = objective;

@@ -150,7 +150,13 @@ fn estimate(
     let relative = !evidence.reference.is_none();
     let points: Vec<&PointSummary> = scored.iter().map(|(p, _)| *p).collect();
     paired(evidence, index, &points, |estimator, sample, rng| {
-        summarise((&regime_of, &objectives), estimator, sample, (regimes, relative), rng)
+        summarise(
+            (&regime_of, &objectives),
+            estimator,
+            sample,
+            (regimes, relative, evidence.most),
+            rng,
+        )
     })
 }
 

@@ -20,7 +20,7 @@ use super::evidence::Evidence;
 use super::measures::NoMeasures;
 use super::method::{MethodSummary, paired};
 use super::points::PointSummary;
-use super::summaries::Estimated;
+use super::summaries::{Estimated, bounds};
 use super::whole::Analysis;
 use crate::stats::score::{mean, weighted_mean};
 use crate::stats::{Direction, PointObjectives, improvement};
@@ -71,6 +71,8 @@ struct Measured {
     objectives: Vec<Vec<f64>>,
     /// Shape `[seeds]`.
     baseline: Vec<f64>,
+    /// Its mean.
+    unit: f64,
     /// How often the point MDP was drawn.
     draws: u32,
 }
@@ -121,7 +123,7 @@ impl Analysis {
         let score_of = |members: &[usize]| {
             value(&|i| {
                 let of = &measured[i];
-                mean(&of.baseline).map_or(0.0, |b| of.mix(members, of.every(), direction).0 / b)
+                of.mix(members, of.every(), direction).0 / of.unit
             })
         };
         let smaller = [2, 3].into_iter().filter(|size| *size < methods.len()).filter_map(|size| {
@@ -153,27 +155,22 @@ impl Analysis {
             let best = [measured[i].objectives[0].clone()];
             improvement::ahead(&[pseudo[i].clone()], &best, direction).remove(0)
         })?;
-        let score = Estimated { value: own.value, interval: own.interval };
-        let positive =
-            measured.iter().flat_map(|m| m.objectives.iter().flatten()).all(|v| *v >= 0.0);
+        let values = measured.iter().flat_map(|m| m.objectives.iter().flatten().copied());
+        let bounds = bounds(self.most, values);
         let mix_point = |(i, p): (usize, &&PointSummary)| {
             let of = &measured[i];
             let best = of.best(&all, of.every(), direction);
-            Some(MixPoint {
-                index: p.index,
-                method: methods[best],
-                share: mixed[i].1[best],
-                score: mixed[i].0 / mean(&of.baseline)?,
-            })
+            let (method, share) = (methods[best], mixed[i].1[best]);
+            MixPoint { index: p.index, method, share, score: mixed[i].0 / of.unit }
         };
         let seeds = measured.first()?.baseline.len();
         Some(Mix {
-            score: if positive { score.not_below_zero() } else { score },
+            score: Estimated { value: own.value, interval: own.interval }.cut(bounds),
             ahead: Estimated { value: ahead.value, interval: ahead.interval },
             objective: value(&|i| mixed[i].0)?,
             shares: all.iter().filter_map(|m| value(&|i| mixed[i].1[*m])).collect(),
             smaller,
-            points: points.iter().enumerate().filter_map(mix_point).collect(),
+            points: points.iter().enumerate().map(mix_point).collect(),
             seeds: (seeds / 2, seeds),
             methods,
         })
@@ -195,6 +192,7 @@ impl Analysis {
             identity,
             reference: &self.reference,
             measures: &NoMeasures,
+            most: self.most,
             points: &self.points,
             chosen: &chosen,
             tasks: &self.tasks,
@@ -224,7 +222,8 @@ impl Measured {
             grouped(&(0..baseline.len()).map(of_seed).collect::<Vec<_>>())
         };
         let objectives = all.iter().map(averaged).collect();
-        Some(Self { objectives, baseline: grouped(baseline), draws: all[0].draws })
+        let baseline = grouped(baseline);
+        Some(Self { objectives, unit: mean(&baseline)?, baseline, draws: all[0].draws })
     }
 
     fn every(&self) -> usize {
@@ -287,7 +286,7 @@ mod tests {
     const LOWER: Direction = Direction::Lower;
 
     fn measured(objectives: Vec<Vec<f64>>) -> Measured {
-        Measured { baseline: vec![20.0; objectives[0].len()], objectives, draws: 1 }
+        Measured { baseline: vec![20.0; objectives[0].len()], unit: 20.0, objectives, draws: 1 }
     }
 
     #[test]

@@ -123,7 +123,6 @@ fn compared(
         _ => mean(&ahead)?,
     };
     let improvement = mean(&wins)?;
-    let share = |(low, high): (f64, f64)| (low.max(0.0), high.min(1.0));
     let leader = if difference.value > 0.0 { a } else { b };
     let fragile = match evidence.learned_once[leader.index] {
         true => fragile(&shared, &weights, direction, difference.value),
@@ -136,10 +135,8 @@ fn compared(
         points: shared.len(),
         ahead: Estimated { value: difference.value, interval: difference.interval },
         degrees: difference.degrees,
-        improvement: Estimated {
-            value: improvement.value,
-            interval: improvement.interval.map(share),
-        },
+        improvement: Estimated { value: improvement.value, interval: improvement.interval }
+            .cut((0.0, 1.0)),
     })
 }
 

@@ -19,11 +19,21 @@ pub struct Estimated {
 }
 
 impl Estimated {
-    /// Returns it with what its interval has below 0 cut off, for what cannot be there, such as a mean of delays.
-    pub(super) fn not_below_zero(self) -> Self {
-        let lowest = self.value.min(0.0);
-        Self { interval: self.interval.map(|(low, high)| (low.max(lowest), high)), ..self }
+    /// Returns it with its interval cut to what can be, as [`bounds`] has it; the value itself stays inside.
+    pub(super) fn cut(self, (least, most): (f64, f64)) -> Self {
+        let (least, most) = (least.min(self.value), most.max(self.value));
+        let cut = |(low, high): (f64, f64)| (low.max(least), high.min(most));
+        Self { interval: self.interval.map(cut), ..self }
     }
+}
+
+/// Returns what scores can be at least and at most: not below 0 where nothing that was measured is, as of delays.
+///
+/// # Arguments
+///
+/// * `most` — the most that the domain allows; infinite where it does not say.
+pub(super) fn bounds(most: f64, mut measured: impl Iterator<Item = f64>) -> (f64, f64) {
+    (if measured.all(|value| value >= 0.0) { 0.0 } else { f64::NEG_INFINITY }, most)
 }
 
 /// What else can be said of a method than its overall performance; relative to the reference.
@@ -46,7 +56,7 @@ pub(super) fn summarise(
     (regime_of, objectives): (&[Option<usize>], &[PointObjectives]),
     estimator: Estimator,
     sample: Sample<'_>,
-    (regimes, relative): (usize, bool),
+    (regimes, relative, most): (usize, bool, f64),
     rng: &mut ChaCha8Rng,
 ) -> (Option<Estimate>, Summaries) {
     let whole: Vec<PointMeans> =
@@ -57,8 +67,8 @@ pub(super) fn summarise(
     let Ok(mut all) = estimator.estimate_all(sample, objectives, &statistics, rng) else {
         return (None, Summaries { by_regime: vec![None; regimes], ..Summaries::default() });
     };
-    let positive = whole.iter().all(|m| m.method >= 0.0);
-    let possible = |e: Estimated| if positive { e.not_below_zero() } else { e };
+    let bounds = bounds(most, whole.iter().map(|m| m.method));
+    let possible = |e: Estimated| e.cut(bounds);
     let estimated = |e: &Option<Estimate>| {
         e.as_ref().map(|e| possible(Estimated { value: e.value, interval: e.interval }))
     };
@@ -148,7 +158,10 @@ mod tests {
     fn summarised(objectives: &[PointObjectives], family_size: usize) -> Estimated {
         let of = (&vec![None; objectives.len()][..], objectives);
         let (sample, mut rng) = (sample(family_size, objectives), ChaCha8Rng::seed_from_u64(0));
-        summarise(of, Estimator::Whole, sample, (0, false), &mut rng).1.median.unwrap()
+        summarise(of, Estimator::Whole, sample, (0, false, f64::INFINITY), &mut rng)
+            .1
+            .median
+            .unwrap()
     }
 
     /// Returns the median with the percentile interval of its resamples.
@@ -198,7 +211,7 @@ mod tests {
     }
 
     /// Returns the summaries of five point MDPs drawn with replacement, one of which decides; objectives are moved by `by`.
-    fn of_five(by: f64) -> (Option<Estimate>, Summaries) {
+    fn of_five(by: f64, most: f64) -> (Option<Estimate>, Summaries) {
         let drawn = |score: &f64| PointObjectives {
             weight: 1.0,
             draws: 1,
@@ -208,22 +221,23 @@ mod tests {
         let objectives: Vec<_> = [2.0, 3.0, 2.5, 2.0, 400.0].iter().map(drawn).collect();
         let of = (&vec![None; objectives.len()][..], &objectives[..]);
         let (sample, mut rng) = (sample(100, &objectives), ChaCha8Rng::seed_from_u64(0));
-        summarise(of, Estimator::WithReplacement, sample, (0, true), &mut rng)
+        summarise(of, Estimator::WithReplacement, sample, (0, true, most), &mut rng)
     }
 
     #[test]
-    fn intervals_of_what_cannot_be_negative_end_at_zero() {
-        let (score, summaries) = of_five(0.0);
+    fn intervals_end_where_scores_do() {
+        let (score, summaries) = of_five(0.0, 9.0);
         let ends = [
             score.unwrap().interval,
             summaries.ratio_of_means.unwrap().interval,
             summaries.interquartile_mean.unwrap().interval,
         ];
         assert!(
-            ends.iter().all(|e| e.is_some_and(|(low, high)| 0.0 <= low && low < high)),
+            ends.iter()
+                .all(|e| e.is_some_and(|(low, high)| 0.0 <= low && low < high && high < 9.1)),
             "{ends:?}"
         );
-        let (negative, _) = of_five(-3.0);
+        let (negative, _) = of_five(-3.0, f64::INFINITY);
         assert!(negative.unwrap().interval.unwrap().0 < 0.0);
     }
 

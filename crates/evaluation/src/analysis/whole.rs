@@ -56,6 +56,8 @@ pub struct Analysis {
     /// What a failure is; `None` where the task does not say and nobody did.
     pub failure: Option<Limit>,
     positions: HashMap<String, usize>,
+    /// The most that a score can be; infinite where that is not known.
+    pub(super) most: f64,
     /// What is known of the whole family; `None` where the run keeps no list of it.
     pub design: Option<Design>,
 }
@@ -91,8 +93,12 @@ impl Analysis {
         let once =
             |method: &String| learned.contains(method) && identity.replicates_of(method) == 1;
         let learned_once: Vec<bool> = identity.methods.iter().map(once).collect();
+        // Of scores that are quotients it is not known.
+        let most = measures.most(&identity.objective).filter(|_| reference.is_none());
+        let most = most.unwrap_or(f64::INFINITY);
         let evidence = Evidence {
             identity,
+            most,
             learned_once: &learned_once,
             chosen: &chosen,
             reference: &reference,
@@ -108,11 +114,12 @@ impl Analysis {
         let estimates = rank(evidence);
         let common = on_common_points(evidence, &estimates);
         let comparison = compare(evidence, &estimates);
+        let winners = winners(evidence);
         let regimes = measures.regimes(&identity.objective);
         Self {
             regimes,
             shares: measures.shares(),
-            winners: winners(&points, identity, &reference),
+            winners,
             comparison,
             methods: estimates.into_iter().map(|(summary, _)| summary).collect(),
             common,
@@ -124,6 +131,7 @@ impl Analysis {
             tasks,
             points,
             positions,
+            most,
             results: results.clone(),
             manifest,
             design,

@@ -4,15 +4,14 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use super::evidence::Evidence;
 use super::points::PointSummary;
-use super::reference::Reference;
-use super::summaries::Estimated;
+use super::summaries::{Estimated, bounds};
 use crate::stats::bootstrap::RESAMPLES;
 use crate::stats::quantile::containing;
 use crate::stats::ranks::probability_of_first;
 use crate::stats::resampling::factors;
 use crate::stats::{Bootstrap, Direction, PointObjectives, Resampling, bootstrap, degrees};
-use crate::store::manifest::Identity;
 use basics::seed::derive;
 
 /// The best method of a point MDP.
@@ -38,15 +37,12 @@ pub struct Winner {
 }
 
 /// Returns the best method of every point MDP; `None` where none has a result.
-pub(super) fn winners(
-    points: &[PointSummary],
-    identity: &Identity,
-    reference: &Reference,
-) -> Vec<Option<Winner>> {
-    points.par_iter().map(|point| winner(point, identity, reference)).collect()
+pub(super) fn winners(evidence: Evidence<'_>) -> Vec<Option<Winner>> {
+    evidence.points.par_iter().map(|point| winner(point, evidence)).collect()
 }
 
-fn winner(point: &PointSummary, identity: &Identity, reference: &Reference) -> Option<Winner> {
+fn winner(point: &PointSummary, evidence: Evidence<'_>) -> Option<Winner> {
+    let Evidence { identity, reference, .. } = evidence;
     let objective = |method: usize| point.results[method].as_ref().map(|r| r.objective);
     let mut order: Vec<(f64, usize)> =
         (0..point.results.len()).filter_map(|m| Some((objective(m)?, m))).collect();
@@ -60,11 +56,10 @@ fn winner(point: &PointSummary, identity: &Identity, reference: &Reference) -> O
     let (own, other) = (contest.resampled(0), contest.resampled(1));
     let divisor = (!reference.is_none()).then_some((1.0, 1.0));
     let is_no_divisor = |b: &&Bootstrap| divisor.is_none() || b.interval() != divisor;
-    let is_positive = measured(best).is_some_and(|o| o.method.iter().flatten().all(|m| *m >= 0.0));
-    let estimated = |own: &Bootstrap| {
-        let of = Estimated { value: own.estimate, interval: interval(own) };
-        if is_positive { of.not_below_zero() } else { of }
-    };
+    let of_best = measured(best).into_iter().flat_map(|o| o.method.iter().flatten());
+    let bounds = bounds(evidence.most, of_best.copied());
+    let estimated =
+        |own: &Bootstrap| Estimated { value: own.estimate, interval: interval(own) }.cut(bounds);
     let interval = own.as_ref().filter(is_no_divisor).and_then(|own| estimated(own).interval);
     let lead = own.as_ref().zip(other.as_ref());
     let lead = lead.and_then(|(own, other)| contest.lead(own, other));

@@ -130,7 +130,6 @@ pub(super) fn training(data: &Report) -> String {
         None => "missing",
     };
     let whole = |n: Option<u32>| n.map_or_else(Cell::unknown, |n| Cell::count(n as usize));
-    let is = |is: Option<bool>| is.map_or_else(String::new, |is| is.to_string());
     let [best, last] = data.sections.training_columns()[0];
     let mut columns = Columns::new()
         .text("method", "", |t: &&TrainingSummary| t.method.clone())
@@ -142,11 +141,11 @@ pub(super) fn training(data: &Report) -> String {
         .file("policy_row", move |t| whole(t.policy_row))
         .file("last_policy", |t| Cell::exact(t.last_policy))
         .file("restarts", move |t| whole(t.restarts))
-        .text("dead", "", move |t| is(t.is_dead))
+        .file("dead", |t| Cell::flag(t.is_dead))
         .file(best, |t| Cell::exact(t.best_episode))
         .file(last, |t| Cell::exact(t.last_episodes));
     for (i, event) in events(data) {
-        columns = columns.text(event, "", move |t| is(t.has_share(i)));
+        columns = columns.file(event, move |t| Cell::flag(t.has_share(i)));
     }
     columns = columns
         .file("weight", |t: &&TrainingSummary| Cell::exact(data.points[t.point].weight))

@@ -29,7 +29,7 @@ const FAILURE_ROWS: usize = 20;
 pub(super) fn page(data: &Report, figures: &[Figure]) -> Result<String, ReportError> {
     let parts = data.sections.parts(data, figures)?;
     let further = context! {
-        mix => data.mix.as_ref().map(|mix| mix::section(data, mix)),
+        mix => data.mix().map(|mix| mix::section(data, mix)),
         sure => sure::section(data, figures)?,
         all => all::section(data)?,
         all_title => all::title(data),
@@ -54,7 +54,7 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         metrics => metrics.iter().map(heading).collect::<Vec<_>>(),
         best => data.best().map(|m| m.method.clone()),
         methods => data.methods.iter().map(|m| method(data, m, &metrics)).collect::<Vec<_>>(),
-        mix_row => data.mix.as_ref().map(|mix| method(data, &mix::row(data, mix), &metrics)),
+        mix_row => data.mix().map(|mix| method(data, &mix::row(data, mix), &metrics)),
         common => common(data),
         further => others.then(|| context! { disagreements => summaries::disagreements(data) }),
         tuned_once => text::once(data, false).join(", "),

@@ -104,7 +104,7 @@ impl Report {
     /// Returns the ranking of all methods, and the mix below it.
     pub fn ranking(&self) -> Table {
         let mut methods = self.methods.clone();
-        methods.extend(self.mix.as_ref().map(|mix| mix::row(self, mix)));
+        methods.extend(self.mix().map(|mix| mix::row(self, mix)));
         ranking(self, &methods, self.points.len())
     }
 
@@ -114,7 +114,7 @@ impl Report {
         for (i, row) in rows.iter_mut().enumerate() {
             let places = self.comparison.ranks.as_ref().and_then(|ranks| ranks.get(i));
             row.insert("rank_probabilities".to_owned(), places.cloned().into());
-            if let Some(mix) = self.mix.as_ref().filter(|_| i == self.methods.len()) {
+            if let Some(mix) = self.mix().filter(|_| i == self.methods.len()) {
                 let names = mix.methods.iter().map(|m| self.methods[*m].method.clone());
                 let shares = names.zip(mix.shares.iter().map(|share| (*share).into()));
                 row.insert("mix_shares".to_owned(), Value::Object(shares.collect()));

@@ -2,6 +2,7 @@
 
 use super::sections::{Look, Sections};
 use super::words::Words;
+use crate::analysis::Measures;
 use crate::stats::Limit;
 
 /// A domain that adds nothing but names and colours.
@@ -13,11 +14,23 @@ pub struct Plain {
     pub row: Option<(String, String)>,
     /// How methods look, by name.
     pub looks: Vec<(String, Look)>,
+    /// The most that the objective can be.
+    pub most: Option<f64>,
     /// What counts as a failure; `None` where nothing does.
     pub failure: Option<Limit>,
 }
 
+impl Measures for Plain {
+    fn most(&self, _objective: &str) -> Option<f64> {
+        self.most
+    }
+}
+
 impl Sections for Plain {
+    fn measures(&self) -> &dyn Measures {
+        self
+    }
+
     fn words(&self, objective: &str) -> Words {
         let mut words = Words::of_metric(objective);
         if let Some((row, row_is)) = &self.row {

@@ -17,6 +17,7 @@ enum Datum {
     #[default]
     Unknown,
     Text(String),
+    Flag(bool),
     Count(usize),
     Number(f64),
 }
@@ -38,6 +39,12 @@ impl Cell {
             true => Self::unknown(),
             false => Self { datum: Datum::Text(text.clone()), shown: text, below: None },
         }
+    }
+
+    /// Returns the cell of what is so or not.
+    pub fn flag(is: Option<bool>) -> Self {
+        let cell = |is: bool| Self { datum: Datum::Flag(is), shown: is.to_string(), below: None };
+        is.map_or_else(Self::unknown, cell)
     }
 
     /// Returns a cell with a whole number.
@@ -81,6 +88,7 @@ impl Cell {
         match &self.datum {
             Datum::Unknown => String::new(),
             Datum::Text(text) => text.clone(),
+            Datum::Flag(is) => is.to_string(),
             Datum::Count(n) => n.to_string(),
             Datum::Number(value) => value.to_string(),
         }
@@ -90,6 +98,7 @@ impl Cell {
         match &self.datum {
             Datum::Unknown => Value::Null,
             Datum::Text(text) => text.clone().into(),
+            Datum::Flag(is) => (*is).into(),
             Datum::Count(n) => (*n).into(),
             Datum::Number(value) => (*value).into(),
         }

@@ -79,7 +79,7 @@ pub fn notes(data: &Report) -> Vec<String> {
     notes.extend(summaries::disagreements(data));
     notes.extend(first::fragile(data));
     notes.extend(first::policies(data));
-    notes.extend(data.mix.as_ref().map(|mix| mix::sentence(data, mix)));
+    notes.extend(data.mix().map(|mix| mix::sentence(data, mix)));
     notes
 }
 

@@ -1,7 +1,7 @@
 //! A report before it is written: what records say, and what their domain adds.
 
 use std::ops::Deref;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use serde_json::{Value, json};
 
@@ -25,8 +25,7 @@ pub struct Report {
     pub sections: Box<dyn Sections>,
     /// What it compares, where it is of several runs.
     pub runs: Option<Runs>,
-    /// The best choice among the methods per point MDP; `None` where it is not known or not asked for.
-    pub mix: Option<Mix>,
+    mix: OnceLock<Option<Mix>>,
     titles: Vec<String>,
 }
 
@@ -94,7 +93,7 @@ impl Report {
     ///
     /// [`AnalysisError`] for a method that the run has not.
     pub fn mixing(mut self, methods: &[String]) -> Result<Self, AnalysisError> {
-        self.mix = self.analysis.mix(Some(methods))?;
+        self.mix = self.analysis.mix(Some(methods))?.into();
         Ok(self)
     }
 
@@ -102,9 +101,13 @@ impl Report {
         analysis.failure = sections.failure();
         let words = sections.words(&analysis.manifest.identity.objective);
         let titles = analysis.points.iter().map(|p| sections.title(&p.row)).collect();
+        Self { analysis, words, sections, titles, runs: None, mix: OnceLock::new() }
+    }
+
+    /// Returns the best choice among the methods per point MDP; `None` where it is not known or not asked for.
+    pub(super) fn mix(&self) -> Option<&Mix> {
         // Without names nothing is refused.
-        let mix = analysis.mix(None).unwrap_or_default();
-        Self { analysis, words, sections, titles, runs: None, mix }
+        self.mix.get_or_init(|| self.analysis.mix(None).unwrap_or_default()).as_ref()
     }
 
     /// Says which direction is better.

@@ -72,7 +72,7 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
         ("pairs.csv", Some(sure::pairs(data, &data.comparison.pairs).csv())),
         ("ranks.csv", Some(sure::places(data).csv())),
         ("profiles.csv", Some(sure::profiles(data).csv())),
-        ("mix.csv", data.mix.as_ref().map(|mix| mix::table(data, mix).csv())),
+        ("mix.csv", data.mix().map(|mix| mix::table(data, mix).csv())),
         ("episodes.csv", Some(csv::episodes(data))),
         ("learning.csv", curves::table(data)),
         ("training.csv", (!data.trainings.is_empty()).then(|| csv::training(data))),

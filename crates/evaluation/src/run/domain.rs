@@ -23,7 +23,7 @@ use basics::files::FileError;
 use learners::nn::archive::{Archive, ArchiveError};
 
 /// What scores compare.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Objective {
     /// Name of the metric, with the unit as a suffix where it has one: `delay_s`.
     pub metric: &'static str,
@@ -33,6 +33,8 @@ pub struct Objective {
     pub unit: &'static str,
     /// Whether less of it is better.
     pub direction: Direction,
+    /// The most that it can be, where there is such a bound.
+    pub most: Option<f64>,
 }
 
 /// A kind of task, such as traffic signals or CartPole, with the methods that can be evaluated on it.

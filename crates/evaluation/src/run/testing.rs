@@ -131,7 +131,13 @@ impl Domain for Toy {
         "toy"
     }
     fn objective(&self) -> Objective {
-        Objective { metric: "score", title: "score", unit: "", direction: Direction::Higher }
+        Objective {
+            metric: "score",
+            title: "score",
+            unit: "",
+            direction: Direction::Higher,
+            most: None,
+        }
     }
     fn baseline(&self) -> Option<&'static str> {
         Some("zero")
