@@ -1,10 +1,14 @@
 //! The scores of some methods on the point MDPs that all of them have, as a table: what rankings under other
 //! importance, and across families, are computed from.
 
-use super::error::AnalysisError;
 use super::whole::Analysis;
 use crate::stats::Direction;
 use basics::suggest::did_you_mean;
+
+/// Why results cannot be analysed as asked, with the way out.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct AnalysisError(pub(super) String);
 
 /// Most names that a message lists.
 const LISTED: usize = 12;

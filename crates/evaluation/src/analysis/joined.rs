@@ -7,14 +7,14 @@
 //!   ranking: a baseline under two versions of a simulator is two methods. All records of a method are of one run.
 //! - **Scores** are relative to the baseline of the first run that is named.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::error::AnalysisError;
+use super::board::AnalysisError;
 use super::training::learned;
 use crate::store::difference::{differing, flat};
 use crate::store::manifest::{Identity, Manifest, PointRow, Provenance, Task};
@@ -78,6 +78,9 @@ struct Column {
     method: String,
     /// The runs that have it with these records.
     sources: Vec<usize>,
+    /// That of them with the most trainings, whose records are taken.
+    run: usize,
+    replicates: u32,
     /// What it is called here.
     name: String,
 }
@@ -176,15 +179,12 @@ pub(crate) fn check_together(a: &Source, b: &Source, known: &Known) -> Result<()
     of("the baseline is", &|i| i.baseline.clone(), families)?;
     of("the family's size is", &|i| i.sample.family_size.to_string(), families)?;
     let decides = |key: &str| known.episodes.contains(&section(key));
-    if let Some((key, values)) = values([a, b]).into_iter().find(|(key, _)| decides(key)) {
-        let way_out = "with another value, episodes of the same seed are not the same; run one of them again with the \
-                       value of the other";
-        return refused(format!(
-            "the setting {key} is {} in {} and {} in {}; {way_out}",
-            values[0], a.path, values[1], b.path
-        ));
-    }
-    Ok(())
+    let way_out = "with another value, episodes of the same seed are not the same; run one of them again with the value of \
+                   the other";
+    differing_settings([a, b])
+        .iter()
+        .filter(|key| decides(key))
+        .try_for_each(|key| of(&format!("the setting {key} is"), &|i| value_of(i, key), way_out))
 }
 
 /// Says why a run cannot be compared with another one on all point MDPs of that; `None` where it can be.
@@ -258,11 +258,8 @@ fn common_seeds<'a>(
 }
 
 fn columns(sources: &[Source], evaluated: &[Evaluated<'_>]) -> Vec<Column> {
-    let planned: Vec<HashSet<(&str, &str, u32)>> = (sources.iter())
-        .map(|source| {
-            source.results.plan().iter().map(|t| (&*t.method, &*t.point, t.replicate)).collect()
-        })
-        .collect();
+    let planned: Vec<HashSet<Key<'_>>> =
+        sources.iter().map(|source| source.results.plan().iter().map(key).collect()).collect();
     let lacks_the_same = |a: usize, b: usize, method: &str| {
         let mut both = planned[a].intersection(&planned[b]).filter(|key| key.0 == method);
         both.all(|key| evaluated[a].contains_key(key) == evaluated[b].contains_key(key))
@@ -270,28 +267,33 @@ fn columns(sources: &[Source], evaluated: &[Evaluated<'_>]) -> Vec<Column> {
     let mut columns: Vec<Column> = Vec::new();
     for (s, source) in sources.iter().enumerate() {
         for method in &source.identity().methods {
-            let agrees = |column: &&mut Column| {
-                let is_one = |other: usize| {
-                    agree(&evaluated[other], &evaluated[s], method)
-                        && lacks_the_same(other, s, method)
-                };
-                column.method == *method && column.sources.iter().all(|other| is_one(*other))
+            let is_one = |other: &usize| {
+                agree(&evaluated[*other], &evaluated[s], method)
+                    && lacks_the_same(*other, s, method)
             };
-            match columns.iter_mut().find(agrees) {
-                Some(column) => column.sources.push(s),
+            let replicates = source.identity().replicates_of(method);
+            match columns.iter_mut().find(|c| c.method == *method && c.sources.iter().all(is_one)) {
+                Some(column) => {
+                    column.sources.push(s);
+                    if replicates > column.replicates {
+                        (column.run, column.replicates) = (s, replicates);
+                    }
+                }
                 None => columns.push(Column {
                     method: method.clone(),
                     sources: vec![s],
-                    name: String::new(),
+                    run: s,
+                    replicates,
+                    name: method.clone(),
                 }),
             }
         }
     }
     for c in 0..columns.len() {
-        let method = columns[c].method.clone();
-        let several = columns.iter().filter(|other| other.method == method).count() > 1;
-        let of = &sources[columns[c].sources[0]].name;
-        columns[c].name = if several { format!("{method}@{of}") } else { method };
+        if columns.iter().filter(|other| other.method == columns[c].method).count() > 1 {
+            columns[c].name =
+                format!("{}@{}", columns[c].method, sources[columns[c].sources[0]].name);
+        }
     }
     columns
 }
@@ -315,12 +317,8 @@ fn equal(
     (other, b): (&Source, &Evaluated<'_>),
     method: &str,
 ) -> Option<String> {
-    let mut shared: Vec<_> = a
-        .iter()
-        .filter(|(key, _)| key.0 == method)
-        .filter_map(|(key, rows)| Some((key, rows, b.get(key)?)))
-        .collect();
-    shared.sort_by_key(|(key, ..)| **key);
+    let mut shared: Vec<_> = shared(a, b, method).collect();
+    shared.sort_by_key(|(key, ..)| *key);
     let (mut all, mut same, mut first) = (0, 0, None);
     for (key, rows, others) in shared {
         for ((seed, here), (_, there)) in rows.iter().zip(others).filter(|(x, y)| x.0 == y.0) {
@@ -357,8 +355,25 @@ fn equal(
     (all > 0).then_some(text)
 }
 
-/// What a task measured on every seed, by method, point MDP and replicate.
-pub(crate) type Evaluated<'a> = HashMap<(&'a str, &'a str, u32), Vec<(u64, &'a Metrics)>>;
+/// Method, point MDP and replicate of a task.
+type Key<'a> = (&'a str, &'a str, u32);
+
+fn key(task: &Task) -> Key<'_> {
+    (&task.method, &task.point, task.replicate)
+}
+
+/// What tasks measured on every seed.
+pub(crate) type Evaluated<'a> = HashMap<Key<'a>, Vec<(u64, &'a Metrics)>>;
+
+/// Returns what two runs measured in the tasks of a method that both have.
+fn shared<'a, 'b>(
+    a: &'b Evaluated<'a>,
+    b: &'b Evaluated<'a>,
+    method: &'b str,
+) -> impl Iterator<Item = (Key<'a>, &'b Vec<(u64, &'a Metrics)>, &'b Vec<(u64, &'a Metrics)>)> {
+    let of_method = a.iter().filter(move |(key, _)| key.0 == method);
+    of_method.filter_map(|(key, rows)| Some((*key, rows, b.get(key)?)))
+}
 
 /// Returns what was measured on point MDPs with the seeds that follow from these.
 pub(crate) fn evaluations<'a>(
@@ -374,53 +389,34 @@ pub(crate) fn evaluations<'a>(
         let rows = record.evaluations().filter(|row| seeds.contains(&row.seed));
         let mut rows: Vec<_> = rows.map(|row| (row.seed, &row.metrics)).collect();
         rows.sort_by_key(|row| row.0);
-        Some(((&*task.method, &*task.point, task.replicate), rows))
+        Some((key(task), rows))
     };
     source.results.done().filter_map(of).collect()
 }
 
 /// Whether two runs have the same records of a method wherever both have some, and both have some somewhere.
 pub(crate) fn agree(a: &Evaluated<'_>, b: &Evaluated<'_>, method: &str) -> bool {
-    let mut shared = a
-        .iter()
-        .filter(|(key, _)| key.0 == method)
-        .filter_map(|(key, rows)| Some((rows, b.get(key)?)));
     let mut some = false;
-    let all = shared.all(|(x, y)| {
+    let all = shared(a, b, method).all(|(_, x, y)| {
         some |= !x.is_empty();
         x == y
     });
     all && some
 }
 
-/// A task of a run with its record.
-type Found<'a> = (&'a Task, Option<&'a Record>);
-
-fn source_of(sources: &[Source], column: &Column) -> usize {
-    let trainings = |s: &&usize| sources[**s].identity().replicates_of(&column.method);
-    let most = column.sources.iter().map(|s| trainings(&s)).max();
-    let first = column.sources.iter().find(|s| Some(trainings(s)) == most);
-    first.copied().unwrap_or(0)
-}
-
 fn side_by_side(sources: &[Source], sample: usize, columns: &[Column], seeds: &[u64]) -> Results {
     let base = &sources[sample].results;
-    let key = |task: &'_ Task| (task.method.to_string(), task.point.to_string(), task.replicate);
-    let tasks: Vec<HashMap<_, Found<'_>>> = (sources.iter())
+    let tasks: Vec<HashMap<Key<'_>, (&Task, Option<&Record>)>> = (sources.iter())
         .map(|s| s.results.rows().map(|(task, record)| (key(task), (task, record))).collect())
         .collect();
-    let replicates =
-        |c: &Column| sources[source_of(sources, c)].identity().replicates_of(&c.method);
-    let identity = identity(sources, sample, columns, seeds, &replicates);
+    let identity = identity(sources, sample, columns, seeds);
     let mut rows: Vec<(Task, Option<Arc<Record>>)> = Vec::new();
     for point in &identity.points {
         let of_point: BTreeSet<u64> = point.evaluation_seeds(seeds).into_iter().collect();
         for column in columns {
-            for replicate in 0..replicates(column) {
-                let key = (column.method.clone(), point.point.clone(), replicate);
-                let Some((task, found)) = tasks[source_of(sources, column)].get(&key) else {
-                    continue;
-                };
+            for replicate in 0..column.replicates {
+                let key = (&*column.method, &*point.point, replicate);
+                let Some((task, found)) = tasks[column.run].get(&key) else { continue };
                 let task =
                     Task { task: rows.len(), method: column.name.clone(), ..(*task).clone() };
                 let record = found.map(|record| Arc::new(record.on_seeds(&task, &of_point)));
@@ -428,43 +424,6 @@ fn side_by_side(sources: &[Source], sample: usize, columns: &[Column], seeds: &[
             }
         }
     }
-    let networks = base.manifest.provenance.networks.clone();
-    let provenance = Provenance { networks, ..provenance(sources) };
-    base.with(Manifest { identity, provenance }, rows)
-}
-
-fn identity(
-    sources: &[Source],
-    sample: usize,
-    columns: &[Column],
-    seeds: &[u64],
-    replicates: &dyn Fn(&Column) -> u32,
-) -> Identity {
-    let of_sample = sources[sample].identity();
-    let baseline =
-        columns.iter().find(|c| c.method == of_sample.baseline && c.sources.contains(&0));
-    let controller = |c: &Column| {
-        let own = sources[c.sources[0]].identity().controller(&c.method)?;
-        Some(OwnMethod { name: c.name.clone(), ..own.clone() })
-    };
-    let several = columns.iter().filter(|c| replicates(c) > 1);
-    let of = |value: &dyn Fn(&Identity) -> &str| {
-        each(sources, &|source| value(source.identity()).to_owned())
-    };
-    Identity {
-        methods: columns.iter().map(|c| c.name.clone()).collect(),
-        baseline: baseline.map(|c| c.name.clone()).unwrap_or_default(),
-        controllers: columns.iter().filter_map(controller).collect(),
-        replicates: columns.iter().map(replicates).max().unwrap_or(1),
-        replicated: several.map(|c| c.name.clone()).collect(),
-        evaluation_seeds: seeds.to_vec(),
-        simulator: of(&|identity| &identity.simulator),
-        tsc_family: of(&|identity| &identity.tsc_family),
-        ..of_sample.clone()
-    }
-}
-
-fn provenance(sources: &[Source]) -> Provenance {
     let of = |value: &dyn Fn(&Provenance) -> &str| {
         each(sources, &|source| value(&source.results.manifest.provenance).to_owned())
     };
@@ -472,16 +431,39 @@ fn provenance(sources: &[Source]) -> Provenance {
         let warnings = &source.results.manifest.provenance.warnings;
         warnings.iter().map(|warning| format!("{}: {warning}", source.name))
     });
-    Provenance {
+    let provenance = Provenance {
         command: of(&|p| &p.command),
         git: of(&|p| &p.git),
         rustc: of(&|p| &p.rustc),
         host: of(&|p| &p.host),
         started: of(&|p| &p.started),
-        networks: String::new(),
+        networks: base.manifest.provenance.networks.clone(),
         warnings: warnings.collect(),
         memory_per_worker_mb: None,
         assisting: None,
+    };
+    base.with(Manifest { identity, provenance }, rows)
+}
+
+fn identity(sources: &[Source], sample: usize, columns: &[Column], seeds: &[u64]) -> Identity {
+    let of_sample = sources[sample].identity();
+    let baseline =
+        columns.iter().find(|c| c.method == of_sample.baseline && c.sources.contains(&0));
+    let controller = |c: &Column| {
+        let own = sources[c.sources[0]].identity().controller(&c.method)?;
+        Some(OwnMethod { name: c.name.clone(), ..own.clone() })
+    };
+    let several = columns.iter().filter(|c| c.replicates > 1);
+    Identity {
+        methods: columns.iter().map(|c| c.name.clone()).collect(),
+        baseline: baseline.map(|c| c.name.clone()).unwrap_or_default(),
+        controllers: columns.iter().filter_map(controller).collect(),
+        replicates: columns.iter().map(|c| c.replicates).max().unwrap_or(1),
+        replicated: several.map(|c| c.name.clone()).collect(),
+        evaluation_seeds: seeds.to_vec(),
+        simulator: each(sources, &|source| source.identity().simulator.clone()),
+        tsc_family: each(sources, &|source| source.identity().tsc_family.clone()),
+        ..of_sample.clone()
     }
 }
 
@@ -519,10 +501,8 @@ fn differences(sources: &[Source], known: &Known) -> Vec<String> {
     add("Build of tsc-family", &|s| {
         format!("{} (git {})", s.identity().tsc_family, s.results.manifest.provenance.git)
     });
-    for (key, _) in
-        values(sources.iter()).into_iter().filter(|(key, _)| is_read(sources, known, key))
-    {
-        add(&format!("Setting {key}"), &|s| value_of(flat(&s.identity().settings).get(&key)));
+    for key in differing_settings(sources).iter().filter(|key| is_read(sources, known, key)) {
+        add(&format!("Setting {key}"), &|s| value_of(s.identity(), key));
     }
     let files = |s: &Source, point: &str| {
         let row = s.identity().points.iter().find(|p| p.point == point);
@@ -569,16 +549,19 @@ fn section(key: &str) -> &str {
     key.split('.').next().unwrap_or_default()
 }
 
-fn values<'a>(sources: impl IntoIterator<Item = &'a Source>) -> BTreeMap<String, Vec<String>> {
-    let all: Vec<BTreeMap<String, Value>> =
-        sources.into_iter().map(|s| flat(&s.identity().settings)).collect();
-    let keys: BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
-    let keys = keys.into_iter().filter(|key| !OF_FAMILY.contains(&section(key)));
-    let of =
-        |key: &String| (key.clone(), all.iter().map(|values| value_of(values.get(key))).collect());
-    keys.map(of)
-        .filter(|(_, values): &(String, Vec<String>)| values.iter().any(|v| *v != values[0]))
-        .collect()
+/// Returns the settings in which runs differ, but those of families.
+fn differing_settings<'a>(sources: impl IntoIterator<Item = &'a Source>) -> BTreeSet<String> {
+    let of = |source: &Source| flat(&source.identity().settings);
+    let all: Vec<_> = sources.into_iter().map(of).collect();
+    let keys = all[1..].iter().flat_map(|other| differing(&all[0], other));
+    keys.filter(|key| !OF_FAMILY.contains(&section(key))).cloned().collect()
+}
+
+fn value_of(identity: &Identity, key: &str) -> String {
+    match flat(&identity.settings).get(key) {
+        None | Some(Value::Null) => "not set".to_owned(),
+        Some(value) => value.to_string(),
+    }
 }
 
 /// Returns the settings that all methods read by which a run differs from another, as `key = value`; one at its default may be
@@ -602,13 +585,6 @@ pub fn settings(from: &Source, run: &Source, known: &Known) -> Vec<String> {
         format!("{key} = {}", here.get(key).map_or_else(|| "not set".to_owned(), said))
     };
     differing(&there, &here).into_iter().filter(|key| is_of_all(key)).map(named).collect()
-}
-
-fn value_of(value: Option<&Value>) -> String {
-    match value {
-        None | Some(Value::Null) => "not set".to_owned(),
-        Some(value) => value.to_string(),
-    }
 }
 
 /// Says of which runs only a part of the point MDPs and seeds is compared.

@@ -1,4 +1,5 @@
-//! One method over all its point MDPs.
+//! One method over all its point MDPs, and the ranking. What a method lacks may be what is hard, so it is not ranked against
+//! methods that have it.
 //!
 //! A point MDP enters a method's estimate when both the method and what scores are divided by have a
 //! record of it and the objective of the latter is above 0. Weights are renormalised over these point MDPs, and
@@ -8,12 +9,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 use super::choice::{choice, look_of, weights};
-use super::episodes::EpisodeSummary;
 use super::estimator::{Chosen, Estimate, Estimator, Sample, estimator_of};
-use super::evidence::Evidence;
-use super::points::{PointResult, PointSummary, TaskScore};
+use super::points::{EpisodeSummary, Evidence, PointResult, PointSummary, TaskScore};
 use super::summaries::{Summaries, summarise};
 use crate::stats::PointObjectives;
 use crate::stats::bootstrap::RESAMPLES;
@@ -59,25 +59,17 @@ pub struct MethodSummary {
     /// Point MDPs that the method finished but the reference did not, or where the reference's
     /// objective is 0.
     pub without_reference: usize,
-    /// What became of tuning; `None` for a method that does not tune itself.
-    pub tuning: Option<TuningSummary>,
-}
-
-/// On how many point MDPs tuning kept what it started from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TuningSummary {
-    /// Point MDPs on which no replicate improved on it.
-    pub kept: usize,
-    /// Point MDPs that were tuned.
-    pub points: usize,
+    /// Point MDPs on which tuning improved on nothing in any replicate, and all that were tuned; `None` for a method that does
+    /// not tune itself.
+    pub tuning: Option<(usize, usize)>,
 }
 
 /// A method with its estimate, from which differences are taken.
 pub(super) type Summarised = (MethodSummary, Option<Estimate>);
 
 /// Summarises a method over the point MDPs that count.
-pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summarised {
-    let Evidence { identity, reference, points, tasks, episodes, .. } = evidence;
+fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summarised {
+    let Evidence { identity, reference, points, tasks, .. } = evidence;
     let method = identity.methods[index].clone();
     let finished: Vec<(&PointSummary, &PointResult)> =
         points.iter().filter_map(|p| Some((p, p.results[index].as_ref()?))).collect();
@@ -102,12 +94,7 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         overall: estimate.as_ref().map(|e| e.value),
         interval: estimate.as_ref().and_then(|e| e.interval),
         summaries,
-        episodes: EpisodeSummary::of(
-            episodes.of_method(index),
-            episodes.shares,
-            &weight_of,
-            identity.direction,
-        ),
+        episodes: EpisodeSummary::of_method(evidence, index, &weight_of),
         objective,
         metrics: weighted_metrics(&scored, &weights),
         worst,
@@ -124,13 +111,12 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
 }
 
 /// Returns what became of the tuning of a method; `None` where none of its tasks was tuned.
-fn tuning<'a>(tasks: impl Iterator<Item = &'a TaskScore>) -> Option<TuningSummary> {
+fn tuning<'a>(tasks: impl Iterator<Item = &'a TaskScore>) -> Option<(usize, usize)> {
     let mut kept: BTreeMap<usize, bool> = BTreeMap::new();
     for (point, kept_start) in tasks.filter_map(|task| Some((task.point, task.kept_start?))) {
         *kept.entry(point).or_insert(true) &= kept_start;
     }
-    let points = Some(kept.len()).filter(|points| *points > 0)?;
-    Some(TuningSummary { kept: kept.values().filter(|kept| **kept).count(), points })
+    (!kept.is_empty()).then(|| (kept.values().filter(|kept| **kept).count(), kept.len()))
 }
 
 /// Estimates with the same generator for every method, so that differences are paired.
@@ -201,4 +187,64 @@ fn weighted_metrics(scored: &[(&PointSummary, &PointResult)], weights: &[f64]) -
         Some((name.clone(), weighted_mean(values?)?))
     };
     first.metrics.keys().filter_map(mean).collect()
+}
+
+/// All methods with results on the point MDPs that every one of them finished.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OnCommonPoints {
+    /// Number of these point MDPs.
+    pub points: usize,
+    /// One summary per method, best first, over these point MDPs only.
+    pub methods: Vec<MethodSummary>,
+}
+
+fn scored(points: &[PointSummary], method: usize) -> BTreeSet<usize> {
+    let has_score =
+        |p: &PointSummary| p.results[method].as_ref().is_some_and(|r| r.score.is_some());
+    points.iter().enumerate().filter(|(_, p)| has_score(p)).map(|(i, _)| i).collect()
+}
+
+/// Returns the estimates of all methods, best first; those that lack point MDPs come last and without a rank, whatever
+/// the others have. Where what scores are divided by lacks one, nobody has a score there, and nobody lacks it for that.
+pub(super) fn rank(evidence: Evidence<'_>) -> Vec<Summarised> {
+    let points = evidence.points;
+    let methods = 0..evidence.identity.methods.len();
+    let mut estimates: Vec<Summarised> =
+        methods.into_par_iter().map(|index| summarise_method(evidence, index)).collect();
+    let ranked = |m: &MethodSummary| {
+        m.overall.is_some() && points.iter().all(|point| point.results[m.index].is_some())
+    };
+    estimates.sort_by(|(a, _), (b, _)| {
+        let order = match (a.overall, b.overall) {
+            (Some(a), Some(b)) => evidence.identity.direction.compare(a, b),
+            (a, b) => b.is_some().cmp(&a.is_some()),
+        };
+        ranked(b).cmp(&ranked(a)).then(order).then(a.index.cmp(&b.index))
+    });
+    for (i, (summary, _)) in estimates.iter_mut().enumerate() {
+        summary.rank = ranked(summary).then_some(i + 1);
+    }
+    estimates
+}
+
+/// Compares all methods with results where all of them have some; `None` when they are all ranked
+/// anyway, or have nothing in common.
+pub(super) fn on_common_points(
+    evidence: Evidence<'_>,
+    estimates: &[Summarised],
+) -> Option<OnCommonPoints> {
+    let with_results = || estimates.iter().filter(|(m, _)| m.overall.is_some());
+    if with_results().all(|(m, _)| m.rank.is_some()) {
+        return None;
+    }
+    let sets = with_results().map(|(m, _)| scored(evidence.points, m.index));
+    let shared = sets.reduce(|a, b| &a & &b).filter(|shared| !shared.is_empty())?;
+    let points: Vec<PointSummary> = shared.iter().map(|i| evidence.points[*i].clone()).collect();
+    let tasks: Vec<TaskScore> =
+        evidence.tasks.iter().filter(|r| shared.contains(&r.point)).cloned().collect();
+    let chosen = choice(evidence.identity, evidence.design, &points);
+    let on_shared = Evidence { points: &points, chosen: &chosen, tasks: &tasks, ..evidence };
+    let methods = rank(on_shared).into_iter().map(|(m, _)| m);
+    let methods = methods.filter(|m| m.overall.is_some()).collect();
+    Some(OnCommonPoints { points: points.len(), methods })
 }

@@ -11,15 +11,12 @@
 //! Source: B. Efron and C. Stein, "The jackknife estimate of variance", Annals of Statistics 9 (1981); W. Hoeffding, "A
 //! class of statistics with asymptotically normal distribution", Annals of Mathematical Statistics 19 (1948).
 
-use super::board::position;
+use super::board::{AnalysisError, position};
 use super::choice::{choice, weights};
-use super::episodes::Episodes;
-use super::error::AnalysisError;
 use super::estimator::{Estimate, Sample};
-use super::evidence::Evidence;
 use super::measures::NoMeasures;
 use super::method::{MethodSummary, paired};
-use super::points::PointSummary;
+use super::points::{Evidence, PointSummary};
 use super::summaries::{Estimated, bounds};
 use super::whole::Analysis;
 use crate::stats::score::{mean, weighted_mean};
@@ -196,7 +193,7 @@ impl Analysis {
             points: &self.points,
             chosen: &chosen,
             tasks: &self.tasks,
-            episodes: &Episodes::default(),
+            episodes: &[],
             learned_once: &vec![learned_once; identity.methods.len()],
             design: self.design.as_ref(),
         };

@@ -1,17 +1,18 @@
-//! What every method achieved on every point MDP: replicates averaged, seeds paired with those of
-//! what scores are divided by.
+//! What every method achieved on every point MDP: replicates averaged, seeds paired with those of what scores are divided by;
+//! and the evaluation episodes behind that.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use rayon::prelude::*;
 
-use super::estimator::estimator_of;
+use super::estimator::{Chosen, estimator_of};
 use super::measures::Measures;
 use super::reference::Reference;
-use crate::sample::Draw;
+use crate::sample::{Design, Draw, Sampling};
 use crate::stats::PointObjectives;
-use crate::stats::score::mean;
-use crate::store::manifest::{PointRow, Task};
+use crate::stats::score::{mean, weighted_mean};
+use crate::stats::summary::weighted_median;
+use crate::store::manifest::{Identity, PointRow, Task};
 use crate::store::record::{Metrics, Outcome, Record, Row, means};
 use crate::store::results::Results;
 
@@ -238,4 +239,151 @@ fn summarise_cell(
         objectives: score.map(|_| objectives),
         replicates,
     })
+}
+
+/// One evaluation episode.
+#[derive(Debug, Clone)]
+pub(super) struct Episode {
+    method: usize,
+    point: usize,
+    objective: Option<f64>,
+    /// Objective relative to the reference's on the same seed.
+    relative: Option<f64>,
+    /// What the domain measures, in the order of [`Measures::shares`].
+    shares: Vec<Option<f64>>,
+}
+
+/// The evaluation episodes of a method or of one of its trainings. Shares and medians weigh point MDPs
+/// as the score does and the episodes of a point MDP equally.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct EpisodeSummary {
+    /// Number of evaluation episodes.
+    pub episodes: usize,
+    /// Means of what the domain measures, in the order of [`Measures::shares`]; `None` when some episode
+    /// does not say.
+    pub shares: Vec<Option<f64>>,
+    /// Median of the episodes' objectives.
+    pub median: Option<f64>,
+    /// Worst objective of an episode.
+    pub worst: Option<f64>,
+    /// Median of the objective relative to the reference's on the same seed.
+    pub median_relative: Option<f64>,
+    /// Worst objective relative to the reference's on the same seed.
+    pub worst_relative: Option<f64>,
+}
+
+/// Returns the evaluation episodes of every task, in the order of the plan.
+pub(super) fn episodes(
+    results: &Results,
+    tasks: &[TaskScore],
+    reference: &Reference,
+    measures: &dyn Measures,
+) -> Vec<Vec<Episode>> {
+    let identity = &results.manifest.identity;
+    let baseline = identity.methods.iter().position(|m| *m == identity.baseline);
+    let rows: Vec<_> = tasks.iter().zip(results.rows().map(|(_, record)| record)).collect();
+    // Tasks of one point MDP follow one another.
+    let of_point = |rows: &[(&TaskScore, Option<&Record>)]| -> Vec<Vec<Episode>> {
+        let by_seed = |method: Option<usize>| {
+            let mut found: BTreeMap<u64, Vec<&Metrics>> = BTreeMap::new();
+            let own = rows.iter().filter(|(task, _)| Some(task.method) == method);
+            for row in own.filter_map(|(_, record)| *record).flat_map(Record::evaluations) {
+                found.entry(row.seed).or_default().push(&row.metrics);
+            }
+            found.into_iter().map(|(seed, all)| (seed, means(all))).collect::<BTreeMap<_, _>>()
+        };
+        let of_reference = by_seed(reference.index);
+        let other = (baseline != reference.index).then(|| by_seed(baseline));
+        let of_baseline = other.as_ref().unwrap_or(&of_reference);
+        let of_task = |(task, record): &(&TaskScore, Option<&Record>)| {
+            let episode = |row: &Row| {
+                let objective = row.metrics.get(&identity.objective).copied();
+                let unit = of_reference.get(&row.seed).and_then(|m| m.get(&identity.objective));
+                let unit = unit.filter(|unit| **unit > 0.0);
+                Episode {
+                    method: task.method,
+                    point: task.point,
+                    objective,
+                    relative: objective.zip(unit).map(|(value, unit)| value / unit),
+                    shares: measures.shares_of(&row.metrics, of_baseline.get(&row.seed)),
+                }
+            };
+            record.into_iter().flat_map(|record| record.evaluations()).map(episode).collect()
+        };
+        rows.iter().map(of_task).collect()
+    };
+    let parts: Vec<_> = rows.chunk_by(|a, b| a.0.point == b.0.point).collect();
+    parts.into_par_iter().flat_map_iter(of_point).collect()
+}
+
+impl EpisodeSummary {
+    /// Summarises evaluation episodes of a method; point MDPs without a weight do not count.
+    pub(super) fn of_method(
+        evidence: Evidence<'_>,
+        method: usize,
+        weights: &HashMap<usize, f64>,
+    ) -> Self {
+        let all = evidence.episodes.iter().flatten();
+        Self::of(evidence, all.filter(|episode| episode.method == method), weights)
+    }
+
+    /// Summarises evaluation episodes; point MDPs without a weight do not count.
+    pub(super) fn of<'a>(
+        evidence: Evidence<'_>,
+        episodes: impl IntoIterator<Item = &'a Episode>,
+        weights: &HashMap<usize, f64>,
+    ) -> Self {
+        let direction = evidence.identity.direction;
+        let counted: Vec<&Episode> =
+            episodes.into_iter().filter(|e| weights.contains_key(&e.point)).collect();
+        let mut per_point: HashMap<usize, f64> = HashMap::new();
+        for e in &counted {
+            *per_point.entry(e.point).or_insert(0.0) += 1.0;
+        }
+        let weighted = |value: &dyn Fn(&Episode) -> Option<f64>| -> Option<Vec<(f64, f64)>> {
+            let weight = |e: &Episode| weights[&e.point] / per_point[&e.point];
+            counted.iter().map(|e| Some((weight(e), value(e)?))).collect()
+        };
+        let worst = |pairs: &[(f64, f64)]| direction.worst(pairs.iter().map(|p| p.1));
+        let objectives = weighted(&|e| e.objective).unwrap_or_default();
+        let relative = weighted(&|e| e.relative).unwrap_or_default();
+        let share = |i: usize| weighted(&|e| e.shares[i]).and_then(weighted_mean);
+        Self {
+            episodes: counted.len(),
+            shares: (0..evidence.measures.shares().len()).map(share).collect(),
+            median: weighted_median(objectives.iter().copied()),
+            worst: worst(&objectives),
+            median_relative: weighted_median(relative.iter().copied()),
+            worst_relative: worst(&relative),
+        }
+    }
+}
+
+/// What methods are summarised from; all of a run, or the part of it that some methods have in common.
+#[derive(Clone, Copy)]
+pub(super) struct Evidence<'a> {
+    pub(super) identity: &'a Identity,
+    pub(super) reference: &'a Reference,
+    pub(super) measures: &'a dyn Measures,
+    /// The point MDPs that count.
+    pub(super) points: &'a [PointSummary],
+    /// How these came to be in the sample, in their order.
+    pub(super) chosen: &'a [Chosen],
+    /// The tasks that count.
+    pub(super) tasks: &'a [TaskScore],
+    /// All evaluation episodes, by task.
+    pub(super) episodes: &'a [Vec<Episode>],
+    /// The most that a score can be; infinite where that is not known.
+    pub(super) most: f64,
+    /// Of every method, whether it learned, once on each point MDP.
+    pub(super) learned_once: &'a [bool],
+    /// What is known of the whole family.
+    pub(super) design: Option<&'a Design>,
+}
+
+impl<'a> Evidence<'a> {
+    /// Returns what says how alike point MDPs are, for the estimator that takes it.
+    pub(super) fn given(&self) -> Option<&'a Design> {
+        self.design.filter(|_| self.identity.sample.sampling == Sampling::BayesianQuadrature)
+    }
 }

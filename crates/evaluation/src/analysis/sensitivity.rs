@@ -8,8 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, Gamma};
 
-use super::board::{Board, position, ranks};
-use super::error::AnalysisError;
+use super::board::{AnalysisError, Board, position, ranks};
 use super::whole::Analysis;
 use crate::stats::quantile::{ALPHA, central};
 use basics::seed::derive;

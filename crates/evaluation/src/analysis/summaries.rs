@@ -3,11 +3,61 @@
 use rand_chacha::ChaCha8Rng;
 
 use super::estimator::{Estimate, Estimator, Sample};
-use super::statistics::{BELOW, GEOMETRIC, IQM, MEDIAN, RATIO, REGIMES, SummaryStatistics};
+use crate::stats::iqm::mean_of_sorted;
+use crate::stats::profile::share_below;
 use crate::stats::quantile::containing;
-use crate::stats::summary::{scores, weighted_median};
-use crate::stats::weighted_quantile::{is_coarse, median_interval};
+use crate::stats::summary::{
+    Statistics, geometric_mean, mean_of_scores, ratio_of_means, scores, weighted_median,
+};
+use crate::stats::weighted_quantile::{is_coarse, median_interval, quantile_of_sorted, sorted};
 use crate::stats::{PointMeans, PointObjectives};
+
+/// Positions of the statistics; the mean of scores is the first, and with the ratio the only mean over the family; those
+/// of the regimes are the last, in their order.
+const RATIO: usize = 1;
+const MEDIAN: usize = 2;
+const GEOMETRIC: usize = 3;
+const IQM: usize = 4;
+const BELOW: usize = 5;
+const REGIMES: usize = 6;
+
+/// The statistics of a method's summaries, computed together: those that need scores in order sort them once.
+struct SummaryStatistics<'a> {
+    /// The median over all that was measured, around which the share below it tells the spread.
+    middle: Option<f64>,
+    /// The regime of every point MDP.
+    regime_of: &'a [Option<usize>],
+    /// Number of regimes.
+    regimes: usize,
+}
+
+impl Statistics for SummaryStatistics<'_> {
+    fn values(&self, points: &[PointMeans], values: &mut Vec<Option<f64>>) {
+        let in_order = sorted(scores(points));
+        values.extend([
+            mean_of_scores(points),
+            ratio_of_means(points),
+            quantile_of_sorted(&in_order, 0.5),
+            geometric_mean(scores(points)),
+            mean_of_sorted(&in_order),
+            self.middle.and_then(|middle| share_below(scores(points), middle)),
+        ]);
+        let mut sums = vec![(0.0, 0.0); self.regimes];
+        for point in points {
+            // Of a point MDP that a model predicts it is not known.
+            let regime = self.regime_of.get(point.point).copied().flatten();
+            if let Some((top, bottom)) = regime.and_then(|regime| sums.get_mut(regime)) {
+                *top += point.weight * point.score;
+                *bottom += point.weight;
+            }
+        }
+        values.extend(sums.into_iter().map(|(top, bottom)| (bottom > 0.0).then(|| top / bottom)));
+    }
+
+    fn means(&self) -> usize {
+        RATIO + 1
+    }
+}
 
 /// A number and its interval.
 #[derive(Debug, Clone, Copy, PartialEq)]

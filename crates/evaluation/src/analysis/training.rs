@@ -8,10 +8,8 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::choice::weights;
-use super::episodes::EpisodeSummary;
-use super::evidence::Evidence;
 use super::method::MethodSummary;
-use super::points::PointSummary;
+use super::points::{EpisodeSummary, Evidence, PointSummary};
 use crate::stats::Direction;
 use crate::stats::quantile::median;
 use crate::stats::score::{mean, weighted_mean};
@@ -213,10 +211,9 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
             let of_choice = |name: &str| of_record(name).filter(|_| is_validated);
             let last_policy = of_choice(&format!("{LAST_PREFIX}{objective}"));
             let evaluations = EpisodeSummary::of(
-                &evidence.episodes.of_task[at],
-                evidence.episodes.shares,
+                evidence,
+                &evidence.episodes[at],
                 &HashMap::from([(row.point, evidence.points[row.point].weight)]),
-                identity.direction,
             );
             TrainingSummary {
                 method: task.method.to_string(),

@@ -3,21 +3,20 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
+use super::board::{AnalysisError, position};
 use super::choice::choice;
-use super::comparison::{Comparison, compare};
-use super::episodes::episodes;
-use super::error::AnalysisError;
+use super::comparison::{Comparison, Decided, Pair, compare};
 use super::estimator::{Estimator, estimator_of};
-use super::evidence::Evidence;
 use super::measures::{Measures, Regime, Share};
-use super::method::MethodSummary;
-use super::points::{PointResult, PointSummary, TaskScore, summarise_points};
-use super::ranking::{OnCommonPoints, on_common_points, rank};
+use super::method::{MethodSummary, OnCommonPoints, on_common_points, rank};
+use super::points::{Evidence, PointResult, PointSummary, TaskScore, episodes, summarise_points};
 use super::reference::Reference;
 use super::training::{LearnerSummary, TrainingSummary, learned, learner, trained, trainings};
 use super::winners::{Winner, winners};
 use crate::sample::Design;
+use crate::stats::score::weighted_mean;
 use crate::stats::{Direction, Limit};
+use crate::store::dropped::Dropped;
 use crate::store::manifest::Manifest;
 use crate::store::record::Outcome;
 use crate::store::results::Results;
@@ -87,7 +86,7 @@ impl Analysis {
         let (manifest, design) = (results.manifest.clone(), results.design.clone());
         let identity = &manifest.identity;
         let (points, tasks) = summarise_points(results, &reference, measures);
-        let episodes = episodes(results, &reference, measures);
+        let episodes = episodes(results, &tasks, &reference, measures);
         let chosen = choice(identity, design.as_ref(), &points);
         let learned = learned(results);
         let once =
@@ -196,7 +195,7 @@ impl Analysis {
     }
 
     /// Returns the methods of which some point MDP has results of only a part of its replicates.
-    pub fn partly_replicated(&self) -> BTreeSet<&str> {
+    fn partly_replicated(&self) -> BTreeSet<&str> {
         let done = |row: &&TaskScore| row.outcome == Some(Outcome::Ok);
         let finished: BTreeSet<(usize, usize)> =
             self.tasks.iter().filter(done).map(|r| (r.method, r.point)).collect();
@@ -231,5 +230,162 @@ impl Analysis {
             let result = p.results[method].as_ref()?;
             result.score.map(|_| (p, result))
         })
+    }
+}
+
+impl Analysis {
+    /// Sets what a failure is.
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError`] for a metric that no record has.
+    pub fn fail_beyond(&mut self, limit: Limit) -> Result<(), AnalysisError> {
+        let mut names = self.metrics();
+        names.insert(0, self.manifest.identity.objective.clone());
+        position("metric", &limit.metric, names.iter().map(String::as_str))?;
+        self.failure = Some(limit);
+        Ok(())
+    }
+
+    /// Whether a method fails on a point MDP, by the mean over evaluation seeds and replicates; `None` where that is
+    /// not known.
+    pub fn fails(&self, point: &PointSummary, method: usize) -> Option<bool> {
+        let limit = self.failure.as_ref()?;
+        let result = point.results[method].as_ref()?;
+        result.metrics.get(&limit.metric).map(|value| limit.is_beyond(*value))
+    }
+}
+
+/// By how much counts that importance and instances imply may differ, relative to the count.
+const SAME_COUNT: f64 = 1e-6;
+
+impl Analysis {
+    /// Whether all point MDPs of the family were to be evaluated.
+    pub fn is_whole(&self) -> bool {
+        self.points.len() == self.manifest.identity.sample.family_size
+    }
+
+    /// Returns the mean objectives of two methods over the point MDPs that both finished, and how many these are.
+    pub fn objectives_shared(&self, a: usize, b: usize) -> Option<(f64, f64, usize)> {
+        let both = self.points.iter().filter_map(|p| {
+            Some((p.weight, p.results[a].as_ref()?.objective, p.results[b].as_ref()?.objective))
+        });
+        let both: Vec<(f64, f64, f64)> = both.collect();
+        let of_a = weighted_mean(both.iter().map(|(w, a, _)| (*w, *a)))?;
+        let of_b = weighted_mean(both.iter().map(|(w, _, b)| (*w, *b)))?;
+        Some((of_a, of_b, both.len()))
+    }
+
+    /// Returns the number of instances of the whole family; `None` where importance is something else than the
+    /// number of a point MDP's instances among all.
+    pub fn family_instances(&self) -> Option<f64> {
+        let mut counts = (self.points.iter())
+            .filter(|p| p.row.importance > 0.0)
+            .map(|p| f64::from(p.row.instances) / p.row.importance);
+        let first = counts.next().filter(|count| *count > 0.0)?;
+        let same = |count: f64| (count / first - 1.0).abs() < SAME_COUNT;
+        let whole = (first.round() / first - 1.0).abs() < SAME_COUNT;
+        (whole && counts.all(same)).then(|| first.round())
+    }
+}
+
+/// Where a sample that grows stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Standing {
+    /// Look of the sample, from 1.
+    pub look: usize,
+    /// Number of looks.
+    pub looks: usize,
+    /// Whether what was asked for is reached.
+    pub is_enough: bool,
+    /// The answer, with the methods that may be as good or better.
+    pub answer: Option<(String, Vec<String>)>,
+    /// The best method so far with each against which it may lose more than is asked for.
+    pub open: Vec<(String, String)>,
+    /// Methods that cannot be the best: they are surely behind another one.
+    pub behind: Vec<Dropped>,
+}
+
+impl Standing {
+    /// Whether there is another look, and a reason for it.
+    pub fn goes_on(&self) -> bool {
+        !self.is_enough && self.look < self.looks
+    }
+}
+
+impl Analysis {
+    /// Returns where the sample stands; `None` where it does not grow.
+    pub fn standing(&self) -> Option<Standing> {
+        let sample = &self.manifest.identity.sample;
+        let growth = sample.growth.as_ref()?;
+        let look = sample.look()? + 1;
+        let (methods, within) = growth.until.question();
+        let dropped = &self.results.dropped;
+        let stays = |m: &&str| {
+            methods.iter().any(|n| n == m) && !dropped.iter().any(|dropped| dropped.method == *m)
+        };
+        let ranking = self.methods.iter().map(|m| m.method.as_str());
+        let stay: Vec<&str> = ranking.filter(stays).collect();
+        let is_ahead = |a: &str, b: &str| self.winner(a, b) == Some(a);
+        let loses = |a: &str, b: &str| a != b && !self.is_within(a, b, within);
+        let is_answer = |a: &&&str| !stay.iter().any(|b| loses(a, b));
+        let answer = stay.iter().find(is_answer).map(|answer| {
+            let others = stay.iter().filter(|other| *other != answer && !is_ahead(answer, other));
+            ((*answer).to_owned(), others.map(|other| (*other).to_owned()).collect())
+        });
+        let open = stay.iter().skip(1).filter(|m| answer.is_none() && loses(stay[0], m));
+        let open: Vec<_> = open.map(|m| (stay[0].to_owned(), (*m).to_owned())).collect();
+        // What scores are divided by never drops out.
+        let droppable = self.methods.iter().filter(|m| !m.is_reference && stays(&&*m.method));
+        let behind = droppable.filter_map(|m| {
+            let ahead = stay.iter().find(|other| is_ahead(other, &m.method))?;
+            Some(Dropped { method: m.method.clone(), look, behind: (*ahead).to_owned() })
+        });
+        let behind = behind.collect();
+        // Methods that lack results may lack what decides.
+        let is_enough = answer.is_some() && self.missing() == 0;
+        Some(Standing { look, looks: growth.looks.len(), is_enough, answer, open, behind })
+    }
+
+    fn scorable(&self) -> usize {
+        self.reference.index.map_or(self.points.len(), |index| self.results_of(index).count())
+    }
+
+    /// Whether the first method loses at most so much against the second, by the interval of their difference; within 0 it
+    /// is ahead by more than chance.
+    fn is_within(&self, first: &str, second: &str, within: f64) -> bool {
+        let Some((pair, is_first)) = self.pair(first, second) else { return false };
+        match pair.ahead.interval {
+            _ if within == 0.0 => self.winner(first, second) == Some(first),
+            Some((low, high)) => {
+                pair.fragile.is_empty() && if is_first { -low <= within } else { high <= within }
+            }
+            None => false,
+        }
+    }
+
+    /// Returns the comparison of two methods on all point MDPs, and whether the first of them comes first in it.
+    fn pair(&self, first: &str, second: &str) -> Option<(&Pair, bool)> {
+        let name = |m: usize| self.methods[m].method.as_str();
+        let of = |p: &&Pair| {
+            let named = [name(p.first), name(p.second)];
+            named == [first, second] || named == [second, first]
+        };
+        let found = self.comparison.pairs.iter().find(of)?;
+        // Where one of them failed, in one training or all, may be what decides.
+        let partly = self.partly_replicated();
+        let is_whole = ![first, second].iter().any(|method| partly.contains(method));
+        let found = Some(found).filter(|p| is_whole && p.points == self.scorable())?;
+        Some((found, name(found.first) == first))
+    }
+
+    /// Returns which of two methods is ahead by more than chance on all point MDPs, if one is.
+    fn winner<'a>(&self, first: &'a str, second: &'a str) -> Option<&'a str> {
+        let (found, is_first) = self.pair(first, second)?;
+        match found.decided() {
+            Decided::First => Some(if is_first { first } else { second }),
+            Decided::Second => Some(if is_first { second } else { first }),
+            Decided::Open | Decided::Unknown => None,
+        }
     }
 }

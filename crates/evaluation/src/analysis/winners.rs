@@ -4,8 +4,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::evidence::Evidence;
-use super::points::PointSummary;
+use super::points::{Evidence, PointSummary};
 use super::summaries::{Estimated, bounds};
 use crate::stats::bootstrap::RESAMPLES;
 use crate::stats::quantile::containing;

@@ -182,15 +182,13 @@ fn are_of_one(a: &Source, b: &Source, known: &Known) -> bool {
     let (one, other) = (a.identity(), b.identity());
     let of =
         |i: &Identity| (of_table(i), i.objective.clone(), i.baseline.clone(), i.sample.family_size);
-    if of(one) != of(other) {
-        return false;
-    }
     let same = |p: &&PointRow| {
         other.points.iter().any(|q| (&q.point, &q.content) == (&p.point, &p.content))
     };
     let common: Vec<PointRow> = one.points.iter().filter(same).cloned().collect();
     let seeds = common_seeds(one, other);
-    if common.len() < one.points.len().min(other.points.len()) || seeds.is_empty() {
+    let is_enough = common.len() == one.points.len().min(other.points.len());
+    if of(one) != of(other) || !is_enough || seeds.is_empty() {
         return false;
     }
     if one.baseline.is_empty() {
@@ -293,10 +291,8 @@ fn has_it(a: &Source, b: &Source, method: &str) -> bool {
 }
 
 fn places(ends: &[(f64, f64)], direction: Direction) -> Vec<(usize, usize)> {
-    let is_before = |a: (f64, f64), b: (f64, f64)| match direction {
-        Direction::Lower => a.1 < b.0,
-        Direction::Higher => a.0 > b.1,
-    };
+    let is_before =
+        |a: (f64, f64), b: (f64, f64)| if direction.is_lower() { a.1 < b.0 } else { a.0 > b.1 };
     let of = |own: &(f64, f64)| {
         let before = ends.iter().filter(|other| is_before(**other, *own)).count();
         let behind = ends.iter().filter(|other| is_before(*own, **other)).count();
@@ -345,16 +341,11 @@ fn title(table: &Table) -> String {
 }
 
 fn quoted<'a>(settings: impl IntoIterator<Item = &'a String>) -> String {
-    let settings: Vec<String> =
-        settings.into_iter().map(|setting| format!("`{setting}`")).collect();
-    settings.join(", ")
+    settings.into_iter().map(|setting| format!("`{setting}`")).collect::<Vec<_>>().join(", ")
 }
 
 fn about(table: &Table) -> String {
-    let better = match table.direction {
-        Direction::Lower => "less is better",
-        Direction::Higher => "more is better",
-    };
+    let better = if table.direction.is_lower() { "less is better" } else { "more is better" };
     let seeds: BTreeSet<_> =
         table.rows.iter().map(|row| row.evaluation_seeds.to_string()).collect();
     let simulators: BTreeSet<_> = table.rows.iter().map(|row| row.simulator.clone()).collect();

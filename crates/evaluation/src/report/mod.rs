@@ -5,32 +5,19 @@
 //! [`Sections`].
 
 pub mod across;
-mod all;
 pub mod csv;
-mod curves;
-mod divisor;
-mod error;
-mod figure;
 pub mod figures;
-mod first;
 pub mod format;
 mod html;
 pub mod leaderboard;
-mod methods;
-mod mix;
-mod models;
 pub mod page;
 pub mod palette;
-mod plain;
-mod provenance;
-mod ranks;
 mod sections;
 pub mod sensitivity;
 pub mod study;
-mod summaries;
-mod sure;
 pub mod svg;
 pub mod table;
+mod tables;
 pub mod text;
 pub mod titles;
 pub mod transfer;
@@ -38,13 +25,11 @@ mod whole;
 mod words;
 mod write;
 
-pub use error::ReportError;
-pub use figure::Figure;
-pub use figure::WIDTH;
-pub use models::write_models;
-pub use plain::Plain;
-pub use provenance::CITATIONS;
-pub use sections::{About, Look, Metric, Part, Sections, Slot, Spot, Table, Written};
+pub use html::CITATIONS;
+pub use sections::{
+    About, Look, Metric, Part, Plain, ReportError, Sections, Slot, Spot, Table, Written,
+};
+pub use svg::{Figure, WIDTH};
 pub use whole::{Report, Runs};
 pub use words::Words;
-pub use write::{ReportPaths, write, write_to};
+pub use write::{ReportPaths, write, write_models, write_to};

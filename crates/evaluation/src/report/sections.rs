@@ -3,13 +3,25 @@
 
 use std::path::{Path, PathBuf};
 
-use super::error::ReportError;
-use super::figure::Figure;
 use super::format;
+use super::svg::Figure;
 use super::words::Words;
 use crate::analysis::{Analysis, Measures, NoMeasures, PointResult, TaskScore};
 use crate::stats::Limit;
 use crate::store::manifest::PointRow;
+use basics::files::FileError;
+
+/// Why a report could not be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// A file of the report cannot be written.
+    #[error(transparent)]
+    Io(#[from] FileError),
+    /// The page's template does not fit its data, which is a mistake in this program.
+    #[error("the report's page cannot be rendered: {0}; please report this")]
+    Template(String),
+}
 
 /// Where a domain may add a sentence or a paragraph.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -286,5 +298,57 @@ impl Metric {
     fn of(name: String) -> Self {
         let words = Words::of_metric(&name);
         Self { heading: words.heading(), unit: words.unit, name }
+    }
+}
+
+/// A domain that adds nothing but names and colours.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plain {
+    /// What the objective is called, and its unit; from the name of the metric when there is none.
+    pub objective: Option<(String, String)>,
+    /// What a row of training is called, and what it is where it is no single episode; an episode when there is none.
+    pub row: Option<(String, String)>,
+    /// How methods look, by name.
+    pub looks: Vec<(String, Look)>,
+    /// The most that the objective can be.
+    pub most: Option<f64>,
+    /// What counts as a failure; `None` where nothing does.
+    pub failure: Option<Limit>,
+}
+
+impl Measures for Plain {
+    fn most(&self, _objective: &str) -> Option<f64> {
+        self.most
+    }
+}
+
+impl Sections for Plain {
+    fn measures(&self) -> &dyn Measures {
+        self
+    }
+
+    fn words(&self, objective: &str) -> Words {
+        let mut words = Words::of_metric(objective);
+        if let Some((row, row_is)) = &self.row {
+            (words.row, words.row_is) = (row.clone(), row_is.clone());
+        }
+        match &self.objective {
+            None => words,
+            Some((noun, unit)) => Words {
+                noun: noun.clone(),
+                amount: noun.clone(),
+                unit: unit.clone(),
+                unit_in_full: unit.clone(),
+                ..words
+            },
+        }
+    }
+
+    fn failure(&self) -> Option<Limit> {
+        self.failure.clone()
+    }
+
+    fn look(&self, method: &str) -> Option<Look> {
+        self.looks.iter().find(|(name, _)| name == method).map(|(_, look)| *look)
     }
 }

@@ -4,14 +4,19 @@
 //! axes give, because its ready-made plots have no common margins, no clipped values and no labels
 //! inside bars.
 
+use std::path::{Path, PathBuf};
+
+use basics::files::{FileError, write_atomically};
 use kuva::backend::svg::SvgBackend;
 use kuva::render::axis::{add_axes_and_grid, add_labels_and_title};
 use kuva::render::color::Color;
 use kuva::render::layout::{ComputedLayout, Layout, TickFormat};
-use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
+pub use kuva::render::render::TextAnchor as Anchor;
+use kuva::render::render::{PathData, Primitive, Scene};
 use kuva::render::theme::Theme;
 
-use super::figure::Figure;
+/// Width of all figures, pixels.
+pub const WIDTH: f64 = 900.0;
 
 /// Fonts, all of them local; the first that exists is used.
 const FONT: &str = "Helvetica Neue, Helvetica, Arial, Liberation Sans, DejaVu Sans, sans-serif";
@@ -31,19 +36,30 @@ pub const INK: &str = "#1a1a1a";
 /// Colour of reference lines and of what is secondary.
 pub const MUTED: &str = "#5a5a5a";
 
-/// Where a text stands relative to its position.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Anchor {
-    /// Starts there.
-    Start,
-    /// Is centred there.
-    Middle,
-    /// Ends there.
-    End,
+/// A figure: its file name without extension, and the drawing.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Figure {
+    /// File name without extension, also its id in the page.
+    pub name: &'static str,
+    /// The SVG.
+    pub svg: String,
+}
+
+impl Figure {
+    /// Writes the figure, and returns its file.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] when the folder cannot be written or the disk is full.
+    pub fn write(&self, folder: &Path) -> Result<PathBuf, FileError> {
+        let path = folder.join(format!("{}.svg", self.name));
+        write_atomically(&path, self.svg.as_bytes())?;
+        Ok(path)
+    }
 }
 
 /// How a text looks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub struct TextStyle {
     /// Where it stands.
     pub anchor: Anchor,
@@ -319,11 +335,7 @@ impl Canvas {
             y,
             content: plain(text),
             size: style.size_px,
-            anchor: match style.anchor {
-                Anchor::Start => TextAnchor::Start,
-                Anchor::Middle => TextAnchor::Middle,
-                Anchor::End => TextAnchor::End,
-            },
+            anchor: style.anchor,
             rotate: None,
             bold: style.bold,
             color: Some(Color::from(style.color)),

@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::error::ReportError;
-use super::models::write_models;
-use super::table::Table;
+use super::csv::{number, table};
+use super::sections::ReportError;
 use super::whole::Report;
-use super::{csv, curves, figures, html, mix, ranks, summaries, sure, text};
+use super::{figures, html, tables};
+use crate::analysis::Analysis;
 use crate::store::Layout;
-use basics::files::{make_folder_beneath, write_atomically};
+use crate::store::figures::POLICY_ROW;
+use crate::store::record::RowKind;
+use basics::files::{FileError, make_folder_beneath, write_atomically};
 
 /// The files of a report.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,13 +50,7 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
         false => folder.join(format!("against-{}", data.reference.name)),
     };
     make_folder_beneath(root, &folder)?;
-    let general = [
-        figures::overall(data),
-        ranks::ranks(data),
-        figures::distribution(data),
-        curves::learning(data),
-    ];
-    let mut figures: Vec<_> = general.into_iter().flatten().collect();
+    let mut figures = figures::figures(data);
     figures.extend(data.sections.figures(data));
     let page = html::page(data, &figures)?;
     let written = data.sections.write(&folder, data)?;
@@ -63,47 +59,52 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
     for figure in &figures {
         paths.figures.push(figure.write(&folder)?);
     }
-    for (name, about, cells) in for_papers(data) {
-        write_atomically(&folder.join(name), cells.latex(&about).as_bytes())?;
-    }
-    let tables = [
-        ("scores.csv", Some(csv::scores(data))),
-        ("summary.csv", Some(data.ranking().csv())),
-        ("pairs.csv", Some(sure::pairs(data, &data.comparison.pairs).csv())),
-        ("ranks.csv", Some(sure::places(data).csv())),
-        ("profiles.csv", Some(sure::profiles(data).csv())),
-        ("mix.csv", data.mix().map(|mix| mix::table(data, mix).csv())),
-        ("episodes.csv", Some(csv::episodes(data))),
-        ("learning.csv", curves::table(data)),
-        ("training.csv", (!data.trainings.is_empty()).then(|| csv::training(data))),
-    ];
-    for (name, text) in tables {
-        text.map_or(Ok(()), |text| write_atomically(&folder.join(name), text.as_bytes()))?;
+    for (name, text) in tables::files(data) {
+        write_atomically(&folder.join(name), text.as_bytes())?;
     }
     // The page comes last: when it is new, everything that it names is new too.
     write_atomically(&paths.html, page.as_bytes())?;
     Ok(paths)
 }
 
-fn for_papers(data: &Report) -> Vec<(&'static str, String, Table)> {
-    let (of, relative) = (&data.manifest.identity.scenario, data.relative());
-    let noun = &data.words.noun;
-    let better = data.better();
-    let mut tables = vec![(
-        "ranking.tex",
-        format!("Methods on {of} by overall performance: {noun}{relative}; {better}"),
-        data.ranking(),
-    )];
-    if data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference) {
-        let about = format!("Further summaries of the methods on {of}, of {noun}{relative}");
-        tables.push(("summaries.tex", about, summaries::table(data)));
-    }
-    let of_pairs = format!(
-        "Methods on {of} two at a time: by how much one is ahead, and how often it is better"
-    );
-    let of_trainings = format!("Trainings of the learners on {of}, of {noun}{relative}");
-    tables.push(("pairs.tex", of_pairs, sure::pairs(data, &data.comparison.pairs)));
-    tables.push(("training.tex", of_trainings, text::trainings(data)));
-    tables.retain(|(.., table)| !table.is_empty());
-    tables
+/// Writes the index of the models of a results directory: a row per file, in the order of the plan. Writes nothing and
+/// returns `None` where there are no models.
+///
+/// # Arguments
+///
+/// * `root` — the folder itself or one above it, beneath which nothing is written through links.
+///
+/// # Errors
+///
+/// [`FileError`] when the folder cannot be written or the disk is full.
+pub fn write_models(
+    layout: &Layout,
+    (root, folder): (&Path, &Path),
+    data: &Analysis,
+) -> Result<Option<PathBuf>, FileError> {
+    let objective = data.manifest.identity.objective.as_str();
+    let header = ["file", "method", "point", "replicate", "episode", "episodes", "seed", objective];
+    let mut rows = data.results.models(layout).map(|(task, record)| {
+        let path = layout.model(task.task);
+        let file = path.strip_prefix(layout.root()).unwrap_or(&path);
+        let episodes = record.rows.iter().filter(|row| row.kind == RowKind::Training).count();
+        let metric = |name: &str| record.summary.metrics.get(name).copied();
+        vec![
+            file.display().to_string(),
+            task.method.clone(),
+            task.point.clone(),
+            task.replicate.to_string(),
+            // Without a choice among policies it is the last one.
+            number(Some(metric(POLICY_ROW).unwrap_or(episodes as f64))),
+            episodes.to_string(),
+            task.seed.to_string(),
+            number(metric(objective)),
+        ]
+    });
+    let Some(first) = rows.next() else { return Ok(None) };
+    let text = table(&header, std::iter::once(first).chain(rows));
+    make_folder_beneath(root, folder)?;
+    let path = folder.join("models.csv");
+    write_atomically(&path, text.as_bytes())?;
+    Ok(Some(path))
 }

@@ -1,7 +1,6 @@
 //! Estimates from scores and how sure they are: pure functions that know of no files.
 
 pub mod bootstrap;
-pub mod combinations;
 pub mod direction;
 mod few_seeds;
 pub mod histogram;
