@@ -90,9 +90,9 @@ impl Trainer for Bench {
         controller: &mut dyn Controller,
         seed: u32,
     ) -> Result<EpisodeOutcome, ControlError> {
-        let (before, start) = (self.env.simulator_time(), Instant::now());
+        let (before, start) = (self.env.simulator, Instant::now());
         let metrics = run_episode(&mut self.env, controller, u64::from(seed)).unwrap();
-        self.costs.push([start.elapsed(), self.env.simulator_time() - before]);
+        self.costs.push([start.elapsed(), self.env.simulator - before]);
         Ok(metrics.outcome().unwrap())
     }
 

@@ -115,7 +115,7 @@ pub fn load(
         Err(e @ SimError::Signal { .. }) => return Ok(Err(vec![obstacle(e.to_string())])),
         Err(other) => return Err(other),
     };
-    let (topology, left_alone) = (sim.topology()?, sim.left_alone().to_vec());
+    let (topology, left_alone) = (sim.topology()?, sim.left_alone.clone());
     sim.close()?;
     let (mut signals, mut obstacles) = (Vec::new(), Vec::new());
     if intake.sources.has_day_plan() {

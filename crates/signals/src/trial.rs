@@ -108,7 +108,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 
     fn simulator_s(&self) -> f64 {
-        self.env.simulator_time().as_secs_f64()
+        self.env.simulator.as_secs_f64()
     }
 
     fn verify(&self) -> Result<(), TrialError> {
@@ -207,7 +207,7 @@ impl<S: Sim> Trainer for School<'_, S> {
     fn checkpoint(&mut self, state: &dyn Fn() -> Archive) -> Result<(), ControlError> {
         // What was learned from files of something else is not kept.
         self.held.verify().map_err(|e| ControlError::Episode(e.into()))?;
-        let simulator_s = self.env.simulator_time().as_secs_f64();
+        let simulator_s = self.env.simulator.as_secs_f64();
         Ok(self.course.checkpoint(state, simulator_s)?)
     }
 }

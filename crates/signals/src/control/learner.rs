@@ -6,8 +6,6 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
 use super::senses::{Senses, View};
 use super::state::{lane_rows, lanes, wait_reward};
 use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
@@ -484,25 +482,22 @@ fn decides(signal: &SignalSpec) -> bool {
     signal.phases.len() >= MIN_PHASES
 }
 
-/// Shape of a signal, on which the networks of some learners depend.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-struct Shape {
-    lanes: usize,
-    phases: usize,
-}
-
-fn shapes(signals: &[SignalSpec]) -> Vec<Shape> {
-    signals.iter().map(|s| Shape { lanes: s.lanes.len(), phases: s.phases.len() }).collect()
+/// Shapes of signals, on which the networks of some learners depend: lanes and phases.
+fn shapes(signals: &[SignalSpec]) -> Vec<BTreeMap<String, usize>> {
+    let shape = |s: &SignalSpec| [("lanes", s.lanes.len()), ("phases", s.phases.len())];
+    signals.iter().map(|s| shape(s).map(|(name, count)| (name.to_owned(), count)).into()).collect()
 }
 
 /// Checks that a model is for signals of this shape.
 fn check_shape(archive: &Archive, signals: &[SignalSpec]) -> Result<(), ArchiveError> {
-    let (found, wanted): (Vec<Shape>, _) = (archive.get("signals")?, shapes(signals));
+    let (found, wanted) = (archive.get("signals")?, shapes(signals));
     if found == wanted {
         return Ok(());
     }
     let [found, wanted] = [found, wanted].map(|shapes| {
-        let words = shapes.iter().map(|s| format!("{} lanes and {} phases", s.lanes, s.phases));
+        let count = |s: &BTreeMap<_, _>, name| s.get(name).copied().unwrap_or_default();
+        let words = shapes.iter().map(|s| [count(s, "lanes"), count(s, "phases")]);
+        let words = words.map(|[lanes, phases]| format!("{lanes} lanes and {phases} phases"));
         words.collect::<Vec<_>>().join(", ")
     });
     Err(ArchiveError::Unfit(format!("it is for signals of {found}, these have {wanted}")))

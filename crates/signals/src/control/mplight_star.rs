@@ -1,6 +1,6 @@
 //! MPLight*: MPLight that sees four numbers per movement instead of one.
 //!
-//! Pressure, waiting time, speeds and approaching vehicles ([`super::state::full_demand`]); everything
+//! Pressure, waiting time, speeds and approaching vehicles (`state.rs`); everything
 //! else, the reward too, is [MPLight](super::mplight)'s.
 //!
 //! Here every movement sees its own four numbers, as intended; in RESCO's code part of them are those of others.

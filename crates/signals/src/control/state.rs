@@ -84,7 +84,7 @@ pub const FULL_WIDTH: usize = 4;
 ///
 /// RESCO adds up speeds anew for every lane, so that only those of a movement's last lane remain;
 /// `all_lanes` keeps all of them.
-pub fn full_demand(signal: &SignalSpec, seen: &Observation, all_lanes: bool, demand: &mut [f32]) {
+fn full_demand(signal: &SignalSpec, seen: &Observation, all_lanes: bool, demand: &mut [f32]) {
     for movement in &signal.movements {
         let lanes = || movement.lanes.iter().map(|l| &seen.lanes[*l]);
         let skipped = if all_lanes { 0 } else { movement.lanes.len().saturating_sub(1) };
@@ -160,6 +160,11 @@ mod tests {
         lanes(&two_phase_signal(), &seen(), &mut state);
         let row = [0.0, 3.0 / 28.0, 2.0, 2.0 / 28.0, 2.0 / 28.0];
         assert_eq!(state, [row, [1.0, 0.0, 25.0, 0.25, 0.0]].concat());
+        // A single lane gets an empty second one.
+        let (mut signal, mut one) = (two_phase_signal(), Observation { phase: 0, ..seen() });
+        (signal.lanes.truncate(1), one.lanes.truncate(1));
+        lanes(&signal, &one, &mut state);
+        assert_eq!((state.len(), &state[5..]), (10, &[0.0; 5][..]));
     }
 
     #[test]
@@ -178,18 +183,6 @@ mod tests {
             states.push(state);
         }
         assert!((0..6).all(|i| (0..i).all(|j| states[i] != states[j])));
-    }
-
-    #[test]
-    fn a_single_lane_gets_an_empty_second_one() {
-        let mut signal = two_phase_signal();
-        signal.lanes.truncate(1);
-        let mut one = Observation { phase: 0, ..seen() };
-        one.lanes.truncate(1);
-        let mut state = Vec::new();
-        lanes(&signal, &one, &mut state);
-        assert_eq!(state.len(), 10);
-        assert_eq!(state[5..], [0.0; 5]);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use crate::existing::{Control, ExistingPlan};
 use crate::program::{self, SignalProgram};
 use crate::settings::{SignalSettings, SimulationSettings};
 use crate::sim::error::SimError;
+use crate::sim::sources::Sources;
 use crate::sim::{
     Program, ProgramPhase, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo,
 };
@@ -86,7 +87,8 @@ pub struct SignalEnv<S> {
     queue_sum: f64,
     queue_max: f64,
     decisions: u32,
-    simulator: Duration,
+    /// Wall-clock time spent within the simulator so far.
+    pub simulator: Duration,
 }
 
 impl<S: Sim> SignalEnv<S> {
@@ -244,7 +246,8 @@ impl<S: Sim> SignalEnv<S> {
     /// Writes private copies of the scenario's files where they are needed. Where they have no programs that change by
     /// the clock, looks first which are active at the beginning with them.
     fn copy_files(&mut self) -> Result<Vec<String>, SimError> {
-        if self.world.drops_day_plan() {
+        let has_day_plan = |(_, sources): &(_, Sources)| sources.has_day_plan();
+        if !self.world.day_plan && self.world.files.as_ref().is_some_and(has_day_plan) {
             let mut args = self.arguments(0);
             args.extend(self.world.copied(&self.scratch.join("by-the-clock"), true)?);
             let scene = self.begin(args, PathBuf::new())?;
@@ -263,7 +266,7 @@ impl<S: Sim> SignalEnv<S> {
             ("--random", "false".to_owned()),
             ("--begin", self.world.begin_s.to_string()),
             ("--end", self.world.end_s.to_string()),
-            ("--step-length", self.world.step_length_s().to_string()),
+            ("--step-length", (1.0 / f64::from(self.world.steps_per_second)).to_string()),
             ("--time-to-teleport", self.simulation_settings.time_to_teleport_s.to_string()),
             ("--xml-validation", "never".to_owned()),
         ]
@@ -318,11 +321,6 @@ impl<S: Sim> SignalEnv<S> {
     pub fn decisions_per_episode(&self) -> u32 {
         let span_s = self.world.end_s - self.world.begin_s;
         (span_s / f64::from(self.signal_settings.delta_time_s)).ceil() as u32
-    }
-
-    /// Returns the wall-clock time spent within the simulator so far.
-    pub fn simulator_time(&self) -> Duration {
-        self.simulator
     }
 
     /// Says what drives each signal for the rest of the episode, and takes the first observation,

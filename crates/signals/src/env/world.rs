@@ -96,21 +96,11 @@ impl World {
         })
     }
 
-    /// Whether its programs change by the clock and are not to.
-    pub(super) fn drops_day_plan(&self) -> bool {
-        !self.day_plan && self.files.as_ref().is_some_and(|(_, sources)| sources.has_day_plan())
-    }
-
     /// Writes private copies of its files into a folder, where they are needed, and returns the arguments that have SUMO
     /// read them.
     pub(super) fn copied(&self, folder: &Path, day_plan: bool) -> Result<Vec<String>, FileError> {
         let Some((config, sources)) = &self.files else { return Ok(Vec::new()) };
         Ok(as_arguments(copy(config, sources, folder, day_plan)?))
-    }
-
-    /// Returns the length of a step, seconds.
-    pub fn step_length_s(&self) -> f64 {
-        1.0 / f64::from(self.steps_per_second)
     }
 }
 

@@ -351,10 +351,8 @@ mod tests {
         let layout = layout(&spec).unwrap();
         let conflicts = Conflicts::of(&layout.movements);
         let lefts = [LeftTurns::Protected; 4];
-        let mut greens: Vec<Lights> = stages(&netconvert_s(&spec), &layout, &conflicts, &lefts)
-            .into_iter()
-            .map(|s| s.0)
-            .collect();
+        let stages = stages(&netconvert_s(&spec), &layout, &conflicts, &lefts);
+        let mut greens: Vec<Lights> = stages.into_iter().map(|s| s.0).collect();
         assert_eq!(greens.len(), 4);
         assert_eq!(wrong(&layout.movements, &greens, &lefts), [""; 0]);
         // The left turn of the first arm beside the opposing through movement, and one that yields.

@@ -110,7 +110,9 @@ pub struct SumoSim {
     running: bool,
     traced: Option<Traced>,
     signals: Vec<CString>,
-    left_alone: Vec<(&'static str, String)>,
+    /// The signals of the episode that was started last that are no part of its scene and keep their own program: why, and
+    /// SUMO's id.
+    pub left_alone: Vec<(&'static str, String)>,
     /// A configuration with the links of its network that yield to each other.
     mutual: Option<(PathBuf, Mutual)>,
     vehicles: Vec<SumoVehicle>,
@@ -167,12 +169,6 @@ impl SumoSim {
     /// Fails with [`SimError`] when nothing runs.
     pub fn topology(&mut self) -> Result<Topology, SimError> {
         self.api.topology()
-    }
-
-    /// Returns the signals of the episode that was started last that are no part of its scene and keep their own program:
-    /// why, and SUMO's id.
-    pub fn left_alone(&self) -> &[(&'static str, String)] {
-        &self.left_alone
     }
 
     /// Reads the scene and tells the shim which signals and lanes matter.

@@ -75,58 +75,32 @@ const UNKNOWN: &str = "it is none that is known to be safe and to shape traffic 
 /// Source: SUMO 1.15, `StringUtils::toBool`.
 const FALSE: [&str; 6] = ["0", "no", "false", "off", "-", "f"];
 
-/// Another value that an option gets.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Replaced {
-    name: &'static str,
-    /// The one value that is replaced; empty: every number above the other one, or whatever is not false.
-    from: &'static str,
-    /// What counts instead.
-    pub to: &'static str,
-    /// Why.
-    pub why: &'static str,
-    /// What has to be accepted before; `None` where a warning is enough.
-    pub accept: Option<Accept>,
-}
+/// Another value that an option gets: its name, the one value that is replaced (empty: every number above the other one, or
+/// whatever is not false), what counts instead, why, and what has to be accepted before; `None` where a warning is enough.
+pub type Replaced = (&'static str, &'static str, &'static str, &'static str, Option<Accept>);
 
 const REPLACED: [Replaced; 10] = [
-    warned("max-depart-delay", "", "-1", "it leaves vehicles that wait to enter out of the delay"),
-    warned("max-num-teleports", "", "-1", "it ends a simulation early"),
-    warned("time-to-teleport.remove", "", "false", "it ends the delay of vehicles that stand"),
-    warned("time-to-teleport.highways", "", "0", "it moves vehicles that stand"),
-    warned("time-to-teleport.disconnected", "", "-1", "it moves vehicles that stand"),
-    warned("collision.action", "remove", "warn", "it ends the delay of vehicles that collide"),
-    warned(
-        "intermodal-collision.action",
-        "remove",
-        "warn",
-        "it ends the delay of vehicles that collide",
-    ),
-    warned("pedestrian.model", "remote", "striping", "it would connect to another program"),
-    Replaced {
-        accept: Some(Accept::Microscopic),
-        ..warned("mesosim", "", "false", "the mesoscopic model has no lanes and no queues to see")
-    },
-    Replaced {
-        accept: Some(Accept::SignalsOn),
-        ..warned("tls.all-off", "", "false", "it switches all signals off")
-    },
+    ("max-depart-delay", "", "-1", "it leaves vehicles that wait to enter out of the delay", None),
+    ("max-num-teleports", "", "-1", "it ends a simulation early", None),
+    ("time-to-teleport.remove", "", "false", "it ends the delay of vehicles that stand", None),
+    ("time-to-teleport.highways", "", "0", MOVES, None),
+    ("time-to-teleport.disconnected", "", "-1", MOVES, None),
+    ("collision.action", "remove", "warn", COLLIDE, None),
+    ("intermodal-collision.action", "remove", "warn", COLLIDE, None),
+    ("pedestrian.model", "remote", "striping", "it would connect to another program", None),
+    ("mesosim", "", "false", MESOSCOPIC, Some(Accept::Microscopic)),
+    ("tls.all-off", "", "false", "it switches all signals off", Some(Accept::SignalsOn)),
 ];
 
-const fn warned(
-    name: &'static str,
-    from: &'static str,
-    to: &'static str,
-    why: &'static str,
-) -> Replaced {
-    Replaced { name, from, to, why, accept: None }
-}
+const MOVES: &str = "it moves vehicles that stand";
+const COLLIDE: &str = "it ends the delay of vehicles that collide";
+const MESOSCOPIC: &str = "the mesoscopic model has no lanes and no queues to see";
 
 /// Returns what an option that is [used](Kind::Used) has in place of its own value; `None` where it keeps that.
 pub fn replaced(name: &str, value: &str) -> Option<&'static Replaced> {
     let value = value.trim().to_lowercase();
-    let other = REPLACED.iter().find(|other| other.name == name)?;
-    let keeps = match (other.from, other.to.parse::<f64>()) {
+    let other = REPLACED.iter().find(|other| other.0 == name)?;
+    let keeps = match (other.1, other.2.parse::<f64>()) {
         ("", Ok(to)) => value.parse::<f64>().is_ok_and(|value| value <= to),
         ("", Err(_)) => FALSE.contains(&value.as_str()),
         (from, _) => value != from,
@@ -190,13 +164,12 @@ mod tests {
             ("max-num-vehicles", "", &[], &["20"]),
         ] {
             for value in replaced_ones {
-                assert_eq!(replaced(name, value).map(|r| r.to), Some(other), "{name}={value}");
+                assert_eq!(replaced(name, value).map(|r| r.2), Some(other), "{name}={value}");
             }
             assert!(fine.iter().all(|value| replaced(name, value).is_none()), "{name}");
         }
-        for other in &REPLACED {
-            assert_eq!(kind(other.name), Kind::Used);
-            assert_eq!(replaced(other.name, other.to), None, "{other:?}");
+        for (name, _, other, ..) in &REPLACED {
+            assert_eq!((kind(name), replaced(name, other)), (Kind::Used, None), "{name}");
         }
     }
 

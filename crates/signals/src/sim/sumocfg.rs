@@ -123,13 +123,13 @@ impl SumoConfig {
             }
             Kind::Refused(why, accept) => return Err((why.to_owned(), Some(accept))),
             Kind::Used => {
-                if let Some(other) = replaced(option, &value) {
-                    let note = format!("{value} is taken as {}: {}", other.to, other.why);
-                    match other.accept {
-                        Some(_) => accept = Err((note, other.accept)),
+                if let Some((_, _, other, why, accepted)) = replaced(option, &value) {
+                    let note = format!("{value} is taken as {other}: {why}");
+                    match accepted {
+                        Some(_) => accept = Err((note, *accepted)),
                         None => self.notes.push(format!("{written} = {note}")),
                     }
-                    other.to.clone_into(&mut value);
+                    (*other).clone_into(&mut value);
                 }
             }
             Kind::Files => value = self.add_files(&value).map_err(|reason| (reason, None))?,
