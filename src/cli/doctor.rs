@@ -3,7 +3,7 @@
 use std::thread::available_parallelism;
 
 use control_tasks::mujoco::{self, MujocoError};
-use serde::Serialize;
+use serde_json::json;
 
 use super::output::line;
 use crate::cli::exit;
@@ -21,55 +21,12 @@ pub struct DoctorArgs {
     pub json: bool,
 }
 
-/// What doctor found.
-#[derive(Debug, Serialize)]
-struct Findings {
-    tsc_family: String,
-    built_with: String,
-    libsumo: String,
-    sumo_version: Option<String>,
-    netconvert: Option<String>,
-    netconvert_version: Option<String>,
-    mujoco: Option<String>,
-    workers: usize,
-    problems: Vec<String>,
-}
-
 pub(super) fn run(args: &DoctorArgs) -> anyhow::Result<u8> {
-    let findings = look();
-    if args.json {
-        line(serde_json::to_string(&findings)?)?;
-    } else {
-        let absent = || "not found".to_owned();
-        let rows = [
-            ("tsc-family", findings.tsc_family.clone()),
-            ("built with", findings.built_with.clone()),
-            ("libsumo", findings.libsumo.clone()),
-            ("SUMO", findings.sumo_version.clone().unwrap_or_else(absent)),
-            ("netconvert", findings.netconvert.clone().unwrap_or_else(absent)),
-            ("", findings.netconvert_version.clone().unwrap_or_default()),
-            ("MuJoCo", findings.mujoco.clone().unwrap_or_else(|| MUJOCO_ABSENT.to_owned())),
-            ("workers", format!("{}, one per processor", findings.workers)),
-        ];
-        for (name, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
-            line(format!("{name:12}{value}"))?;
-        }
-        for problem in &findings.problems {
-            line(format!("problem     {problem}"))?;
-        }
-        if findings.problems.is_empty() {
-            line("all is well")?;
-        }
-    }
-    Ok(if findings.problems.is_empty() { exit::DONE } else { exit::NO_SUMO })
-}
-
-fn look() -> Findings {
     let mut problems = Vec::new();
-    let (libsumo, sumo_version) = simulator(&mut problems);
+    let (libsumo, sumo) = simulator(&mut problems);
     let netconvert = Netconvert::find().map_err(|e| problems.push(e.to_string())).ok();
-    let netconvert_version = netconvert.as_ref().map(|n| n.version.clone());
-    if let (Some(sumo), Some(netconvert)) = (&sumo_version, &netconvert_version)
+    let version = netconvert.as_ref().map(|n| n.version.clone());
+    if let (Some(sumo), Some(netconvert)) = (&sumo, &version)
         && number(sumo) != number(netconvert)
     {
         problems.push(format!(
@@ -77,17 +34,43 @@ fn look() -> Findings {
              from one installation, and rebuild"
         ));
     }
-    Findings {
-        tsc_family: format!("{} ({})", env!("CARGO_PKG_VERSION"), GIT),
-        built_with: RUSTC.to_owned(),
-        libsumo,
-        sumo_version,
-        netconvert: netconvert.map(|n| n.path.display().to_string()),
-        netconvert_version,
-        mujoco: mujoco(&mut problems),
-        workers: available_parallelism().map_or(1, std::num::NonZero::get),
-        problems,
+    let built = format!("{} ({})", env!("CARGO_PKG_VERSION"), GIT);
+    let netconvert = netconvert.map(|n| n.path.display().to_string());
+    let (mujoco, workers) = (mujoco(&mut problems), available_parallelism().map_or(1, |n| n.get()));
+    let code = if problems.is_empty() { exit::DONE } else { exit::NO_SUMO };
+    if args.json {
+        line(json!({
+            "tsc_family": built,
+            "built_with": RUSTC,
+            "libsumo": libsumo,
+            "sumo_version": sumo,
+            "netconvert": netconvert,
+            "netconvert_version": version,
+            "mujoco": mujoco,
+            "workers": workers,
+            "problems": problems,
+        }))?;
+        return Ok(code);
     }
+    let found = |found: Option<String>| found.unwrap_or_else(|| "not found".to_owned());
+    let rows = [
+        ("tsc-family", built),
+        ("built with", RUSTC.to_owned()),
+        ("libsumo", libsumo),
+        ("SUMO", found(sumo)),
+        ("netconvert", found(netconvert)),
+        ("", version.unwrap_or_default()),
+        ("MuJoCo", mujoco.unwrap_or_else(|| MUJOCO_ABSENT.to_owned())),
+        ("workers", format!("{workers}, one per processor")),
+    ];
+    for (name, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
+        line(format!("{name:12}{value}"))?;
+    }
+    problems.iter().try_for_each(|problem| line(format!("problem     {problem}")))?;
+    if problems.is_empty() {
+        line("all is well")?;
+    }
+    Ok(code)
 }
 
 /// Returns version and path of MuJoCo. That it is missing is no problem, as few tasks need it; that it cannot be used is one.

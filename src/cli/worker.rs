@@ -63,16 +63,16 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
         end_with_parent();
     }
     let limit = Duration::from_secs(args.stall_timeout);
-    let protocol = Protocol::begin().context("cannot keep standard output apart")?;
-    let say = |what: &WorkerLine| protocol.say(what);
-    let (alive, last) = (protocol.clone(), protocol.clone());
-    let alive = move |steps| alive.say(&WorkerLine::Alive(steps));
+    let pipe = pipe().context("cannot keep standard output apart")?;
+    let say = |what: &WorkerLine| tell(&pipe, what);
+    let (alive, last) = (pipe.clone(), pipe.clone());
+    let alive = move |steps| tell(&alive, &WorkerLine::Alive(steps));
     let watchdog = Watchdog::start(limit, alive, move |steps| {
         let mut reason = stalled(limit, steps);
         if let Some(stack) = controllers::stack() {
             reason.push_str(&format!("; just now\n{stack}"));
         }
-        last.say(&WorkerLine::Failed(Failure { fault: Fault::Task, reason }));
+        tell(&last, &WorkerLine::Failed(Failure { fault: Fault::Task, reason }));
         end();
     });
     // Where a limit allows no thread more, the task is done unwatched.
@@ -121,24 +121,17 @@ fn end() {
     let _ = rustix::process::kill_process(rustix::process::getpid(), rustix::process::Signal::KILL);
 }
 
-/// The pipe to the parent.
-#[derive(Debug, Clone)]
-struct Protocol(Arc<Mutex<File>>);
+/// Takes over standard output and returns it: the pipe to the parent. What is written there from now on, by simulators and
+/// methods of somebody's own, goes to standard error, which is the log. Processes that they start do not inherit the pipe.
+fn pipe() -> io::Result<Arc<Mutex<File>>> {
+    let pipe = fcntl_dupfd_cloexec(stdout(), BEYOND_STANDARD)?;
+    dup2_stdout(stderr())?;
+    Ok(Arc::new(Mutex::new(File::from(pipe))))
+}
 
-impl Protocol {
-    /// Takes over standard output; what is written there from now on, by simulators and methods of somebody's own, goes
-    /// to standard error, which is the log. Processes that they start do not inherit the pipe.
-    fn begin() -> io::Result<Self> {
-        let pipe = fcntl_dupfd_cloexec(stdout(), BEYOND_STANDARD)?;
-        dup2_stdout(stderr())?;
-        Ok(Self(Arc::new(Mutex::new(File::from(pipe)))))
-    }
-
-    /// Says something; a parent that has gone away is noticed by its closed pipe.
-    fn say(&self, what: &WorkerLine) {
-        let mut line = serde_json::to_string(what).expect("plain data");
-        line.push('\n');
-        let mut pipe = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let _ = pipe.write_all(line.as_bytes());
-    }
+/// Says something; a parent that has gone away is noticed by its closed pipe.
+fn tell(pipe: &Mutex<File>, what: &WorkerLine) {
+    let line = serde_json::to_string(what).expect("plain data") + "\n";
+    let mut pipe = pipe.lock().unwrap_or_else(PoisonError::into_inner);
+    let _ = pipe.write_all(line.as_bytes());
 }

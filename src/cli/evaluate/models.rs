@@ -22,17 +22,11 @@ use crate::traffic::domain::Traffic;
 use crate::traffic::method_arguments::model_name;
 use crate::traffic::simulator;
 
-/// A model of a results directory, and its file.
-struct Found {
-    origin: Origin,
-    file: PathBuf,
-}
-
 /// Returns the models as `run` takes them.
 pub(super) fn given(args: &EvaluateArgs, from: &Path) -> anyhow::Result<Vec<String>> {
     let layout = Layout::new(from);
     let found = models(args, &layout, &Manifest::read(&layout)?.identity)?;
-    let given = |found: &Found| format!("{}={}", found.origin.name, found.file.display());
+    let given = |(origin, file): &(Origin, PathBuf)| format!("{}={}", origin.name, file.display());
     Ok(found.iter().map(given).collect())
 }
 
@@ -58,7 +52,7 @@ pub(super) fn run(args: &EvaluateArgs, from: &Path, out: &Path) -> anyhow::Resul
     let code = finish(args, &session, &controllers)?;
     let layout = &session.layout;
     let analysis = domains::analysis(layout, &Results::load(layout)?)?;
-    let origins: Vec<Origin> = models.into_iter().map(|found| found.origin).collect();
+    let origins: Vec<Origin> = models.into_iter().map(|(origin, _)| origin).collect();
     let folder = layout.root().join("transfer");
     make_folder_beneath(layout.root(), &folder)?;
     let path = folder.join("transfer.csv");
@@ -67,8 +61,12 @@ pub(super) fn run(args: &EvaluateArgs, from: &Path, out: &Path) -> anyhow::Resul
     Ok(code)
 }
 
-/// Returns the models that are asked for, those of a method after one another.
-fn models(args: &EvaluateArgs, layout: &Layout, identity: &Identity) -> anyhow::Result<Vec<Found>> {
+/// Returns the models that are asked for with their files, those of a method after one another.
+fn models(
+    args: &EvaluateArgs,
+    layout: &Layout,
+    identity: &Identity,
+) -> anyhow::Result<Vec<(Origin, PathBuf)>> {
     let dir = layout.root().display();
     if identity.domain != Traffic::NAME {
         let domain = &identity.domain;
@@ -110,7 +108,7 @@ fn models(args: &EvaluateArgs, layout: &Layout, identity: &Identity) -> anyhow::
         let name = model_name(&task.method, &task.point, task.replicate, &taken);
         taken.push(name.clone());
         let (method, point) = (task.method.clone(), task.point.clone());
-        Found { origin: Origin { name, method, point }, file: layout.model(task.task) }
+        (Origin { name, method, point }, layout.model(task.task))
     };
     Ok(wanted.into_iter().map(found).collect())
 }
@@ -132,17 +130,17 @@ fn same_measure(dir: &Path, identity: &Identity) -> anyhow::Result<()> {
 
 /// Returns what the run of the models is: the point MDPs and seeds of theirs, its baseline, the methods that learned them, and
 /// each model as a method.
-fn identity(from: &Identity, models: &[Found]) -> anyhow::Result<Identity> {
+fn identity(from: &Identity, models: &[(Origin, PathBuf)]) -> anyhow::Result<Identity> {
     let mut identity = from.clone();
-    let learners: BTreeSet<&str> = models.iter().map(|m| m.origin.method.as_str()).collect();
+    let learners: BTreeSet<&str> =
+        models.iter().map(|(origin, _)| origin.method.as_str()).collect();
     identity.methods.retain(|m| *m == from.baseline || learners.contains(m.as_str()));
     identity.controllers.retain(|own| identity.methods.contains(&own.name));
     identity.replicated.retain(|m| identity.methods.contains(m));
     if identity.replicated.is_empty() {
         identity.replicates = 1;
     }
-    for found in models {
-        let name = &found.origin.name;
+    for (Origin { name, .. }, _) in models {
         identity.methods.push(name.clone());
         identity.controllers.extend(domains::traffic().own(name)?);
     }

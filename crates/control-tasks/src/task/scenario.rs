@@ -7,12 +7,12 @@ use crate::methods::Begin;
 use crate::task::Task;
 use evaluation::family::FamilyError;
 use evaluation::run::selection::training_settings;
+use evaluation::settings::all_within;
 use evaluation::settings::default_name::{self, name_of};
 use evaluation::settings::named::Named;
 use evaluation::settings::overrides::{Override, overlay};
 use evaluation::settings::setting::Section;
 use evaluation::settings::wording::{explain, file_error};
-use evaluation::settings::{OutOfRange, all_within};
 use learners::rl::environment::Environment;
 
 /// Settings that others stand on.
@@ -113,9 +113,7 @@ pub trait Settings: Named + Default + Clone + std::fmt::Debug + Send + Sync + 's
         if let Err(expected) = default_name::check(name) {
             return wrong("name", name, expected);
         }
-        all_within(&self.sections()).map_err(|OutOfRange { field, value, expected }| {
-            FamilyError::Setting { file: file.to_owned(), field, value, expected }
-        })
+        all_within(file, &self.sections())
     }
 }
 

@@ -3,7 +3,7 @@
 //! [`open`] prepares what is missing, writes the plan and takes the lock of the results directory; [`Session::local`] does
 //! tasks.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::available_parallelism;
@@ -22,7 +22,7 @@ use super::watchdog::STALL_TIMEOUT_S;
 use super::work::{Workplace, do_task};
 use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
-use crate::store::lock::RunLock;
+use crate::store::lock;
 use crate::store::manifest::{GIT, Identity, Manifest, Provenance, Task};
 use crate::store::packed::unpack;
 use crate::store::record::Record;
@@ -43,7 +43,7 @@ pub struct Session<'a> {
     pub prepared: PathBuf,
     /// Where something was added to a run that was there, how many of its records stay.
     pub kept: Option<usize>,
-    _lock: RunLock,
+    _lock: File,
 }
 
 /// Opens a run: a new one, or one that was begun in the same folder before.
@@ -143,8 +143,8 @@ pub fn open_after<'a>(
 }
 
 /// Takes the lock of a results directory, and unpacks it if it is packed.
-fn lock(layout: &Layout, started: &str) -> Result<RunLock, RunError> {
-    let lock = RunLock::take(layout, started)?;
+fn lock(layout: &Layout, started: &str) -> Result<File, RunError> {
+    let lock = lock::take(layout, started)?;
     unpack(layout)?;
     Ok(lock)
 }

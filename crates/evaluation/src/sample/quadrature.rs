@@ -38,7 +38,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::balanced::{inclusion, pivotal};
 use super::design::{Design, DesignPoint, Measure, Process};
-use super::kmeans::standardise;
+use super::kmeans::{squared_distance, standardise};
 use super::plan::Sampling;
 use crate::model::{Curve, length_scales};
 use basics::seed::derive;
@@ -57,7 +57,7 @@ const ROUGHNESS: [f64; 4] = [1.0, 4.0, 16.0, 100.0];
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quadrature<'a> {
     process: &'a Process,
-    places: Places,
+    places: Vec<Vec<f64>>,
     importance: Vec<f64>,
 }
 
@@ -83,7 +83,11 @@ impl<'a> Quadrature<'a> {
         let process = design.process.as_ref().filter(|process| process.fits(size, width))?;
         let total: f64 = design.points.iter().map(|p| p.importance).sum();
         let importance = design.points.iter().map(|p| p.importance / total).collect();
-        Some(Self { process, places: process.places(&standardised(design)), importance })
+        Some(Self {
+            process,
+            places: places(&standardised(design), &process.length_scales),
+            importance,
+        })
     }
 
     /// Returns the first point MDPs of the order, as positions in the design.
@@ -325,7 +329,7 @@ fn process(design: &Design) -> Process {
     let curves: Vec<Curve> = (0..width).filter(|c| is_score(*c)).map(curve).collect();
     let found = length_scales(&columns, &groups, &curves);
     let lengths: Vec<f64> = groups.iter().map(|g| rounded(found.lengths[*g])).collect();
-    let places = Places::new(&rows, &lengths);
+    let places = places(&rows, &lengths);
     let spread = spread(design, &places);
     let mut process = Process {
         length_scales: lengths,
@@ -373,7 +377,7 @@ fn fitted(rows: &[Vec<f64>]) -> Vec<usize> {
 }
 
 /// Returns by how much methods are expected to differ around every point MDP.
-fn spread(design: &Design, places: &Places) -> Vec<f64> {
+fn spread(design: &Design, places: &[Vec<f64>]) -> Vec<f64> {
     let size = design.points.len();
     let scores: Vec<usize> =
         (0..design.inputs.len()).filter(|c| design.inputs[*c].measure == Measure::Score).collect();
@@ -390,7 +394,7 @@ fn spread(design: &Design, places: &Places) -> Vec<f64> {
         let (mut sum, mut weights) = (0.0, 0.0);
         for (j, variance) in variances.iter().enumerate() {
             // Over half a length scale.
-            let weight = libm::exp(-2.0 * places.squared_distance(i, j));
+            let weight = libm::exp(-2.0 * squared_distance(&places[i], &places[j]));
             sum += weight * variance;
             weights += weight;
         }
@@ -414,19 +418,16 @@ fn rounded(x: f64) -> f64 {
     }
 }
 
-/// Where point MDPs lie: rows of a design, scaled so that their squared distances are those of the kernel.
-#[derive(Debug, Clone, PartialEq)]
-struct Places(Vec<Vec<f64>>);
+/// Returns where point MDPs lie: rows of a design, scaled so that their squared distances are those of the kernel.
+fn places(rows: &[Vec<f64>], lengths: &[f64]) -> Vec<Vec<f64>> {
+    let scaled = |row: &Vec<f64>| row.iter().zip(lengths).map(|(x, l)| x / l).collect();
+    rows.iter().map(scaled).collect()
+}
 
 impl Process {
-    /// Returns where point MDPs lie.
-    fn places(&self, rows: &[Vec<f64>]) -> Places {
-        Places::new(rows, &self.length_scales)
-    }
-
     /// Returns the covariance of two scores without nugget.
-    fn smooth(&self, places: &Places, i: usize, j: usize) -> f64 {
-        self.spread[i] * self.spread[j] * places.kernel(i, j)
+    fn smooth(&self, places: &[Vec<f64>], i: usize, j: usize) -> f64 {
+        self.spread[i] * self.spread[j] * libm::exp(-0.5 * squared_distance(&places[i], &places[j]))
     }
 
     /// Returns the variance of what no column explains of a score.
@@ -441,21 +442,6 @@ impl Process {
             && self.length_scales.len() == width
             && self.length_scales.iter().chain(&self.spread).chain([&self.nugget]).all(positive)
             && self.covariance.iter().chain([&self.variance]).all(|x| x.is_finite())
-    }
-}
-
-impl Places {
-    fn new(rows: &[Vec<f64>], lengths: &[f64]) -> Self {
-        let scaled = |row: &Vec<f64>| row.iter().zip(lengths).map(|(x, l)| x / l).collect();
-        Self(rows.iter().map(scaled).collect())
-    }
-
-    fn squared_distance(&self, i: usize, j: usize) -> f64 {
-        self.0[i].iter().zip(&self.0[j]).map(|(a, b)| (a - b).powi(2)).sum()
-    }
-
-    fn kernel(&self, i: usize, j: usize) -> f64 {
-        libm::exp(-0.5 * self.squared_distance(i, j))
     }
 }
 

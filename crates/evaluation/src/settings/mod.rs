@@ -10,4 +10,4 @@ pub mod source;
 mod within;
 pub mod wording;
 
-pub use within::{OutOfRange, all_within, shortest, within};
+pub use within::{all_within, shortest, within};

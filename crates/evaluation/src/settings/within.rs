@@ -1,6 +1,7 @@
 //! Ranges of numbers.
 
 use super::setting::Section;
+use crate::family::error::FamilyError;
 
 /// Checks that a number lies within limits, both included; NaN does not.
 pub fn within(value: f64, low: f64, high: f64) -> Result<(), String> {
@@ -10,29 +11,24 @@ pub fn within(value: f64, low: f64, high: f64) -> Result<(), String> {
     Err(format!("expected a number from {low} to {high}"))
 }
 
-/// A number that is out of its range.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct OutOfRange {
-    /// Dotted name of the setting.
-    pub field: String,
-    /// Its value.
-    pub value: String,
-    /// What was expected.
-    pub expected: String,
-}
-
 /// Checks all numbers of sections, which are given by name.
 ///
 /// # Errors
 ///
-/// The first number that is out of its range.
-pub fn all_within(sections: &[(&'static str, &dyn Section)]) -> Result<(), OutOfRange> {
+/// [`FamilyError::Setting`] for the first number that is out of its range, in a scenario of this file.
+pub fn all_within(
+    file: &str,
+    sections: &[(&'static str, &dyn Section)],
+) -> Result<(), FamilyError> {
     for (name, section) in sections {
         for number in section.ranges() {
-            within(number.value, number.low, number.high).map_err(|expected| OutOfRange {
-                field: format!("{name}.{}", number.name),
-                value: shortest(number.value),
-                expected,
+            within(number.value, number.low, number.high).map_err(|expected| {
+                FamilyError::Setting {
+                    file: file.to_owned(),
+                    field: format!("{name}.{}", number.name),
+                    value: shortest(number.value),
+                    expected,
+                }
             })?;
         }
     }

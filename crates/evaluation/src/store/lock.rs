@@ -20,47 +20,40 @@ const HOLDER_BYTES: u64 = 4096;
 /// Time after which a lock is asked for again.
 const INSTANT: Duration = Duration::from_millis(20);
 
-/// A held lock; the operating system releases it when the process ends, however it ends.
-#[derive(Debug)]
-pub struct RunLock {
-    _file: File,
-}
-
-impl RunLock {
-    /// Takes the lock of a results directory for a run that was started then.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::Locked`] when another process has it.
-    pub fn take(layout: &Layout, started: &str) -> Result<Self, StoreError> {
-        let path = layout.lock();
-        beneath(layout.root(), &path)?;
-        let failed = |e: Error| FileError::at("lock", &path)(e);
-        // Locks of network file systems take a file that is open for writing; without `NONBLOCK`, a pipe in its place would
-        // block.
-        let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed();
-        let mut options = OpenOptions::new();
-        options.read(true).write(true).create(true).truncate(false).custom_flags(flags);
-        let mut file = options.open(&path).map_err(failed)?;
-        for asked in 0.. {
-            match file.try_lock() {
-                Ok(()) => break,
-                // Whoever asks for the holder has it for an instant.
-                Err(TryLockError::WouldBlock) if asked < 3 => thread::sleep(INSTANT),
-                Err(TryLockError::WouldBlock) => {
-                    let holder = describe(&mut file);
-                    return Err(StoreError::Locked { path: layout.root().to_path_buf(), holder });
-                }
-                // Some file systems of a network have no locks. Two runs at a time leave the same records, only twice the work.
-                Err(TryLockError::Error(e)) if has_no_locks(&e) => break,
-                Err(TryLockError::Error(e)) => return Err(failed(e).into()),
+/// Takes the lock of a results directory for a run that was started then; the operating system releases it when the file is
+/// closed or the process ends, however it ends.
+///
+/// # Errors
+///
+/// [`StoreError::Locked`] when another process has it.
+pub fn take(layout: &Layout, started: &str) -> Result<File, StoreError> {
+    let path = layout.lock();
+    beneath(layout.root(), &path)?;
+    let failed = |e: Error| FileError::at("lock", &path)(e);
+    // Locks of network file systems take a file that is open for writing; without `NONBLOCK`, a pipe in its place would
+    // block.
+    let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed();
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false).custom_flags(flags);
+    let mut file = options.open(&path).map_err(failed)?;
+    for asked in 0.. {
+        match file.try_lock() {
+            Ok(()) => break,
+            // Whoever asks for the holder has it for an instant.
+            Err(TryLockError::WouldBlock) if asked < 3 => thread::sleep(INSTANT),
+            Err(TryLockError::WouldBlock) => {
+                let holder = describe(&mut file);
+                return Err(StoreError::Locked { path: layout.root().to_path_buf(), holder });
             }
+            // Some file systems of a network have no locks. Two runs at a time leave the same records, only twice the work.
+            Err(TryLockError::Error(e)) if has_no_locks(&e) => break,
+            Err(TryLockError::Error(e)) => return Err(failed(e).into()),
         }
-        let (pid, version) = (std::process::id(), env!("CARGO_PKG_VERSION"));
-        let text = json!({"pid": pid, "version": version, "started": started}).to_string();
-        file.set_len(0).and_then(|()| file.write_all(text.as_bytes())).map_err(failed)?;
-        Ok(Self { _file: file })
     }
+    let (pid, version) = (std::process::id(), env!("CARGO_PKG_VERSION"));
+    let text = json!({"pid": pid, "version": version, "started": started}).to_string();
+    file.set_len(0).and_then(|()| file.write_all(text.as_bytes())).map_err(failed)?;
+    Ok(file)
 }
 
 /// Returns who works on a results directory just now, in words; `None` where nobody does or that cannot be told.
@@ -97,8 +90,8 @@ mod tests {
     fn a_second_lock_is_refused_and_names_the_holder() {
         let dir = tempfile::tempdir().unwrap();
         let layout = Layout::new(dir.path());
-        let _first = RunLock::take(&layout, "2026-01-01T00:00:00Z").unwrap();
-        let e = RunLock::take(&layout, "2026-01-01T00:00:00Z").unwrap_err().to_string();
+        let _first = take(&layout, "2026-01-01T00:00:00Z").unwrap();
+        let e = take(&layout, "2026-01-01T00:00:00Z").unwrap_err().to_string();
         assert!(e.contains(", started 2026-01-01T00:00:00Z"), "{e}");
     }
 }

@@ -4,7 +4,7 @@ use super::InflowSources;
 use super::demand::MIN_PEAK_HOUR_FACTOR;
 use super::{Detail, Scenario, SixFeatures};
 use evaluation::family::error::FamilyError;
-use evaluation::settings::{OutOfRange, all_within, default_name, shortest, within};
+use evaluation::settings::{all_within, default_name, shortest, within};
 
 /// How far shares that were rounded may be from 1 in total.
 const SHARES_SUM: f64 = 0.01;
@@ -34,9 +34,7 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
     if let Err(expected) = within(f64::from(scenario.version), 1.0, 1e6) {
         return fail("version", scenario.version.to_string(), &expected);
     }
-    if let Err(OutOfRange { field, value, expected }) = all_within(&scenario.sections()) {
-        return fail(&field, value, &expected);
-    }
+    all_within(file, &scenario.sections())?;
     for ((name, _), width) in SixFeatures::COLUMNS.iter().zip(f.bins.to_array()) {
         if let Err(expected) = within(width, 1e-3, 1e6) {
             return fail(&format!("family.bins.{name}"), shortest(width), &expected);
