@@ -10,14 +10,11 @@
 use minijinja::{Value, context};
 
 use super::plans::TaskPlan;
-use super::shown::{Seen, finished};
+use super::shown::{OfTask, Seen};
 use evaluation::report::svg::{Anchor, Axes, Canvas, TextStyle, nice_step};
 use evaluation::report::table::{Cell, Columns};
 use evaluation::report::{Figure, WIDTH};
 use evaluation::stats::mean_interval;
-use evaluation::store::manifest::Task;
-use evaluation::store::record::Summary;
-use evaluation::store::results::Results;
 use signals::control::coordinated;
 use signals::program::{ProgramKind, SignalProgram};
 use signals::street_results::{ByStreet, StreetEpisode, StreetResult, StreetStop};
@@ -50,65 +47,33 @@ const QUANTITIES: [Quantity; 3] = [
     ("stops_per_veh", "Stops per vehicle", 2, |e| e.stops),
 ];
 
-/// Results by street of a task.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct TaskStreets {
-    method: usize,
-    /// Position of the point MDP in the manifest.
-    point: usize,
-    replicate: u32,
-    streets: Vec<StreetResult>,
-}
-
-/// Returns the results by street of every finished task that has them, in the order of the plan.
-pub(crate) fn streets(results: &Results) -> Vec<TaskStreets> {
-    let of_task = |(method, point, task, summary): (usize, usize, &Task, &Summary)| {
-        // What records have of single intersections is something else.
-        let ByStreet { streets } = summary.parts.read().unwrap_or_default();
-        let replicate = task.replicate;
-        (!streets.is_empty()).then_some(TaskStreets { method, point, replicate, streets })
-    };
-    finished(results).filter_map(of_task).collect()
-}
-
 fn length_m(street: &StreetResult) -> f64 {
     street.stops.last().map_or(0.0, |stop| stop.at_m)
 }
 
 /// A street under a task.
-type Row<'a> = (&'a TaskStreets, &'a StreetResult);
+type Row<'a> = (&'a OfTask<ByStreet>, &'a StreetResult);
 
 /// Returns the columns of the file and of the page.
 fn columns(Seen { data, shown }: Seen<'_>) -> Columns<'_, Row<'_>> {
     let identity = &data.manifest.identity;
-    let point = |task: &TaskStreets| &identity.points[task.point].point;
+    let point = |task: &OfTask<ByStreet>| &identity.points[task.point].point;
     let signals = |street: &StreetResult| {
         street.stops.iter().map(|stop| stop.signal.as_str()).collect::<Vec<_>>().join(" ")
     };
-    let street = move |(task, street): &Row<'_>| {
-        let title = data.points.get(task.point).map(|p| shown.title(&p.row)).unwrap_or_default();
-        let (direction, count) = (&street.direction, street.stops.len());
-        let (length_m, signals) = (length_m(street), signals(street));
-        format!("{title}, {direction}: {count} signals on {length_m:.0} m ({signals})")
-    };
-    let method = |task: &TaskStreets| identity.methods[task.method].clone();
-    let of_training = move |(task, _): &Row<'_>| match task.replicate {
-        0 => method(task),
-        replicate => format!("{}, replicate {replicate}", method(task)),
-    };
+    let title = |task: &OfTask<ByStreet>| data.points.get(task.point).map(|p| shown.title(&p.row));
     let vehicles = |street: &StreetResult| {
         let all: u32 = street.episodes.iter().map(|e| e.vehicles).sum();
         f64::from(all) / street.episodes.len().max(1) as f64
     };
     let mut columns = Columns::new()
         .text("point", "", move |r: &Row<'_>| point(r.0).clone())
-        .text("method", "", move |r| method(r.0))
-        .file("replicate", |r| Cell::count(r.0.replicate as usize))
-        .text("", "Street", street)
-        .text("", "Method", of_training)
-        .text("direction", "", |r| r.1.direction.clone())
-        .text("signals", "", move |r| signals(r.1))
-        .file("length_m", |r| Cell::exact(length_m(r.1)))
+        .text("", "Network", move |r| title(r.0).unwrap_or_default())
+        .text("method", "Method", |r| identity.methods[r.0.method].clone())
+        .column("replicate", "Replicate", |r| Cell::count(r.0.replicate as usize))
+        .text("direction", "Direction", |r| r.1.direction.clone())
+        .text("signals", "Signals", move |r| signals(r.1))
+        .column("length_m", "Length (m)", |r| Cell::number(length_m(r.1), |m| format!("{m:.0}")))
         .file("episodes", |r| Cell::count(r.1.episodes.len()))
         .column("vehicles_per_episode", "Vehicles per episode", move |r| {
             Cell::number(vehicles(r.1), |n| format!("{n:.0}"))
@@ -137,7 +102,7 @@ fn columns(Seen { data, shown }: Seen<'_>) -> Columns<'_, Row<'_>> {
 
 fn rows(seen: Seen<'_>) -> Vec<Row<'_>> {
     let tasks = seen.shown.streets.iter();
-    tasks.flat_map(|task| task.streets.iter().map(move |street| (task, street))).collect()
+    tasks.flat_map(|task| task.results.streets.iter().map(move |street| (task, street))).collect()
 }
 
 pub(crate) fn table(seen: Seen<'_>) -> String {
@@ -149,7 +114,7 @@ pub(crate) fn values(seen: Seen<'_>, diagram: Option<&str>) -> Option<Value> {
     seen.shown.streets.first()?;
     let mut rows = rows(seen);
     // The methods of a street stand together.
-    let number = |(task, street): &Row<'_>| task.streets.iter().position(|s| s == *street);
+    let number = |(task, street): &Row<'_>| task.results.streets.iter().position(|s| s == *street);
     rows.sort_by_key(|row| (row.0.point, number(row)));
     rows.truncate(MOST_ROWS);
     let caption = "Means over the evaluation seeds with 95% intervals";
@@ -163,7 +128,7 @@ pub(crate) fn diagram(Seen { data, shown }: Seen<'_>) -> Option<Figure> {
     let panels = |plan| {
         let of = |street| Some((street, lights(plan, street)?));
         let panels: Vec<(&StreetResult, Vec<Light<'_>>)> =
-            task.streets.iter().filter_map(of).take(FEW).collect();
+            task.results.streets.iter().filter_map(of).take(FEW).collect();
         (!panels.is_empty()).then_some((plan, panels))
     };
     let order = |plan: &TaskPlan| {

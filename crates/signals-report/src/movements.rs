@@ -13,14 +13,11 @@ use super::answers::today;
 use super::capacity::{Basis, Capacity};
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::letter;
-use super::shown::{Seen, finished};
+use super::shown::{OfTask, Seen};
 use basics::units::FOOT_M;
 use evaluation::analysis::Analysis;
 use evaluation::report::format;
 use evaluation::report::table::{Cell, Columns};
-use evaluation::store::manifest::Task;
-use evaluation::store::record::Summary;
-use evaluation::store::results::Results;
 use signals::movement_results::MovementResult;
 use signals::places::DrawnIntersection;
 
@@ -39,32 +36,9 @@ const ROUND_MPH: f64 = 5.0;
 /// Share of unfinished vehicles from which on a movement is marked: more arrive than leave.
 const UNSERVED: f64 = 0.1;
 
-/// Results by movement of a task.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct TaskMovements {
-    /// Position of the method in the manifest.
-    pub(crate) method: usize,
-    /// Position of the point MDP in the manifest.
-    pub(crate) point: usize,
-    replicate: u32,
-    /// The results.
-    pub(crate) results: Vec<MovementResult>,
-}
-
-/// Returns the results by movement of every finished task that has them, in the order of the plan.
-pub(crate) fn movements(results: &Results) -> Vec<TaskMovements> {
-    let of_task = |(method, point, task, summary): (usize, usize, &Task, &Summary)| {
-        // The checksum of the record vouches for their form.
-        let results: Vec<MovementResult> = summary.parts.read().unwrap_or_default();
-        let replicate = task.replicate;
-        (!results.is_empty()).then_some(TaskMovements { method, point, replicate, results })
-    };
-    finished(results).filter_map(of_task).collect()
-}
-
 /// Returns the table of all movements.
 pub(crate) fn table(seen: Seen<'_>) -> String {
-    type Row<'a> = (&'a TaskMovements, &'a MovementResult, Option<Capacity>);
+    type Row<'a> = (&'a OfTask<Vec<MovementResult>>, &'a MovementResult, Option<Capacity>);
     let Seen { data, shown } = seen;
     let (identity, hours) = (&data.manifest.identity, hours(data));
     let titles = shown.titles(data);
@@ -137,8 +111,9 @@ pub(crate) fn point(seen: Seen<'_>, point: usize, page: Option<&str>) -> Option<
     let identity = &data.manifest.identity;
     let of = |method: usize| {
         let replicate = shown.training(data, point, method)?.0.replicate;
-        let is =
-            |t: &&TaskMovements| (t.point, t.method, t.replicate) == (point, method, replicate);
+        let is = |t: &&OfTask<Vec<MovementResult>>| {
+            (t.point, t.method, t.replicate) == (point, method, replicate)
+        };
         shown.movements.iter().find(is)
     };
     let best = data.winners[point].as_ref().map(|winner| winner.best)?;

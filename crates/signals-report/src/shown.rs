@@ -3,8 +3,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::corridors::{TaskStreets, streets as corridors};
-use super::movements::{TaskMovements, movements};
 use super::plans::{TaskPlan, plans};
 use evaluation::analysis::Analysis;
 use evaluation::report::titles::{differ, with_id};
@@ -13,7 +11,9 @@ use evaluation::store::error::StoreError;
 use evaluation::store::manifest::{PointRow, Task};
 use evaluation::store::record::{Outcome, Summary};
 use evaluation::store::results::Results;
+use signals::movement_results::MovementResult;
 use signals::places::{DrawnIntersection, MappedIntersection, Places};
+use signals::street_results::ByStreet;
 
 /// Intersections of a point MDP that are named; more are counted.
 const NAMED: usize = 3;
@@ -30,9 +30,28 @@ pub(super) struct Shown {
     /// What every finished task ran, in the order of the plan.
     pub(super) plans: Vec<TaskPlan>,
     /// Results by movement of every finished task that has them, in the order of the plan.
-    pub(super) movements: Vec<TaskMovements>,
+    pub(super) movements: Vec<OfTask<Vec<MovementResult>>>,
     /// Results by street of every finished task that has them, in the order of the plan.
-    pub(super) streets: Vec<TaskStreets>,
+    pub(super) streets: Vec<OfTask<ByStreet>>,
+}
+
+/// What a finished task has: the positions of its method and point MDP in the manifest, its training, and results.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct OfTask<T> {
+    pub(super) method: usize,
+    pub(super) point: usize,
+    pub(super) replicate: u32,
+    pub(super) results: T,
+}
+
+/// Returns the parts of the results of every finished task that has such, in the order of the plan. The checksum of a record
+/// vouches for their form.
+fn parts<T>(results: &Results, read: fn(&Summary) -> Option<T>) -> Vec<OfTask<T>> {
+    let of_task = |(method, point, task, summary): (usize, usize, &Task, &Summary)| {
+        let replicate = task.replicate;
+        read(summary).map(|results| OfTask { method, point, replicate, results })
+    };
+    finished(results).filter_map(of_task).collect()
 }
 
 /// Returns every task that ended well, in the order of the plan: the positions of its method and point MDP in the manifest,
@@ -77,8 +96,12 @@ impl Shown {
             of_point,
             stood_for,
             plans: plans(results),
-            movements: movements(results),
-            streets: corridors(results),
+            movements: parts(results, |summary| {
+                summary.parts.read().ok().filter(|all: &Vec<MovementResult>| !all.is_empty())
+            }),
+            streets: parts(results, |summary| {
+                summary.parts.read().ok().filter(|all: &ByStreet| !all.streets.is_empty())
+            }),
         })
     }
 

@@ -62,59 +62,44 @@ pub struct Supply {
     pub greens_per_h: f64,
 }
 
-/// Totals by movement of the episodes so far.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct ByEpisode {
-    totals: Vec<MovementTotals>,
-    episodes: u32,
-}
-
-impl ByEpisode {
-    /// Adds an episode.
-    pub fn add(&mut self, episode: Vec<MovementTotals>) {
-        self.episodes += 1;
-        for one in episode {
-            match self.totals.iter_mut().find(|t| (&t.from, &t.to) == (&one.from, &one.to)) {
-                None => self.totals.push(one),
-                Some(all) => {
-                    all.vehicles += one.vehicles;
-                    all.unfinished += one.unfinished;
-                    all.delay_s += one.delay_s;
-                    all.stops += one.stops;
-                    all.queue_veh.extend(one.queue_veh);
-                    all.lights.add(one.lights);
-                }
+/// Returns the results of some episodes, by movement in the order in which they first appear.
+pub fn results(episodes: &[Vec<MovementTotals>]) -> Vec<MovementResult> {
+    let mut totals: Vec<MovementTotals> = Vec::new();
+    for one in episodes.iter().flatten() {
+        match totals.iter_mut().find(|t| (&t.from, &t.to) == (&one.from, &one.to)) {
+            None => totals.push(one.clone()),
+            Some(all) => {
+                all.vehicles += one.vehicles;
+                all.unfinished += one.unfinished;
+                all.delay_s += one.delay_s;
+                all.stops += one.stops;
+                all.queue_veh.extend(&one.queue_veh);
+                all.lights.add(one.lights);
             }
         }
     }
-
-    /// Returns the results.
-    pub fn results(&self) -> Vec<MovementResult> {
-        let episodes = f64::from(self.episodes.max(1));
-        let of = |t: &MovementTotals| {
-            let mean = |sum: f64| (t.vehicles > 0).then(|| sum / f64::from(t.vehicles));
-            let [queue_50_veh, queue_95_veh] =
-                PERCENTILES.map(|share| percentile(&t.queue_veh, share));
-            MovementResult {
-                from: t.from.clone(),
-                to: t.to.clone(),
-                movement: t.name.clone(),
-                signal: t.signal.clone(),
-                links: t.links.clone(),
-                vehicles_veh: f64::from(t.vehicles) / episodes,
-                unfinished_veh: f64::from(t.unfinished) / episodes,
-                delay_s: mean(t.delay_s),
-                stops: mean(t.stops),
-                queue_50_veh,
-                queue_95_veh,
-                storage_m: t.storage_m,
-                supply: supply(t),
-            }
-        };
-        self.totals.iter().map(of).collect()
-    }
+    let episodes = episodes.len().max(1) as f64;
+    let of = |t: &MovementTotals| {
+        let mean = |sum: f64| (t.vehicles > 0).then(|| sum / f64::from(t.vehicles));
+        let [queue_50_veh, queue_95_veh] = PERCENTILES.map(|share| percentile(&t.queue_veh, share));
+        MovementResult {
+            from: t.from.clone(),
+            to: t.to.clone(),
+            movement: t.name.clone(),
+            signal: t.signal.clone(),
+            links: t.links.clone(),
+            vehicles_veh: f64::from(t.vehicles) / episodes,
+            unfinished_veh: f64::from(t.unfinished) / episodes,
+            delay_s: mean(t.delay_s),
+            stops: mean(t.stops),
+            queue_50_veh,
+            queue_95_veh,
+            storage_m: t.storage_m,
+            supply: supply(t),
+        }
+    };
+    totals.iter().map(of).collect()
 }
-
 /// Returns lanes and green of a movement; `None` where nothing was noted of its lights.
 fn supply(t: &MovementTotals) -> Option<Supply> {
     let seconds = f64::from(t.lights.seconds);
@@ -156,10 +141,8 @@ mod tests {
 
     #[test]
     fn delays_are_means_over_vehicles_and_queues_percentiles_over_decisions() {
-        let mut all = ByEpisode::default();
-        all.add(episode(1, 10.0, &[0.0; 10]));
-        all.add(episode(3, 90.0, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]));
-        let result = &all.results()[0];
+        let queues = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0];
+        let result = &results(&[episode(1, 10.0, &[0.0; 10]), episode(3, 90.0, &queues)])[0];
         assert_eq!((result.vehicles_veh, result.delay_s), (2.0, Some(25.0)));
         assert_eq!((result.queue_50_veh, result.queue_95_veh), (0.0, 9.0));
     }

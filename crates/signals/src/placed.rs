@@ -212,9 +212,8 @@ fn place(
         arms.insert(heading, order[arm]);
     }
     let by_link = by_link(spec, &layout);
-    let on_arms = OnArms { spec, layout: &layout, by_link: &by_link, arms };
-    let (mut plan, mut ways) = (plan.clone(), on_arms.ways(plan)?);
-    notes.extend(on_arms.complete(&mut plan, &mut ways)?);
+    let (mut plan, mut ways) = (plan.clone(), ways_of(plan, spec.side, &by_link, &arms)?);
+    notes.extend(complete(&mut plan, &mut ways, &layout, (spec.side, &by_link, &arms))?);
     no_crossing(&plan, &ways)?;
     for (name, own) in ways {
         plan.ways.insert(name, own.iter().map(|m| (m.from_edge(), m.to_edge())).collect());
@@ -225,111 +224,109 @@ fn place(
 /// The movements that every name of a plan is.
 type Ways = BTreeMap<String, Vec<ArmMovement>>;
 
-/// An intersection with the directions from which a plan's traffic comes.
-struct OnArms<'a> {
-    spec: &'a IntersectionSpec,
-    layout: &'a LaneLayout,
-    /// All movements, in the order of their links.
-    by_link: &'a [ArmMovement],
-    arms: BTreeMap<Heading, usize>,
+/// Returns which movements of the network every name of a plan is: those of its turn from its number on to that of the
+/// next name, of the first name also those before. A U-turn is all of its turn.
+fn ways_of(
+    plan: &ExistingPlan,
+    side: DrivingSide,
+    by_link: &[ArmMovement],
+    arms: &BTreeMap<Heading, usize>,
+) -> Result<Ways, String> {
+    let named =
+        || plan.phases.iter().flat_map(|p| p.all_movements().map(move |name| (p.number, name)));
+    let is_u = |name: &str| name.ends_with('U');
+    let mut ways = Ways::new();
+    for (phase, name) in named() {
+        let Some((heading, turn)) = Heading::of_movement(name, side) else {
+            continue;
+        };
+        let arm = arms[&heading];
+        let exits: Vec<ArmMovement> = (by_link.iter().copied())
+            .filter(|m| (m.from, m.turn) == (arm, on_side(turn, side)))
+            .collect();
+        let number = number_in(name) as usize;
+        if number > exits.len() {
+            let of_arm = by_link.iter().filter(|m| m.from == arm);
+            let has = movement_names(of_arm.map(|m| (heading, on_side(m.turn, side))));
+            return Err(format!(
+                "phase {phase} has {name}, but that approach has {}; correct the phase, or movements and bearing_deg of \
+                 the arm",
+                has.join(" ")
+            ));
+        }
+        let of_turn = |other: &&String| {
+            Heading::of_movement(other, side) == Some((heading, turn)) && !is_u(other)
+        };
+        let numbers: BTreeSet<usize> = named()
+            .map(|(_, name)| name)
+            .filter(of_turn)
+            .map(|name| number_in(name) as usize)
+            .collect();
+        let begin = if numbers.first() == Some(&number) { 0 } else { number - 1 };
+        let end = numbers.range(number + 1..).next().map_or(exits.len(), |next| next - 1);
+        let own = if is_u(name) { exits } else { exits[begin..end].to_vec() };
+        ways.insert(name.clone(), own);
+    }
+    Ok(ways)
 }
 
-impl OnArms<'_> {
-    /// Returns which movements of the network every name of a plan is: those of its turn from its number on to that of the
-    /// next name, of the first name also those before. A U-turn is all of its turn.
-    fn ways(&self, plan: &ExistingPlan) -> Result<Ways, String> {
-        let named =
-            || plan.phases.iter().flat_map(|p| p.all_movements().map(move |name| (p.number, name)));
-        let is_u = |name: &str| name.ends_with('U');
-        let mut ways = Ways::new();
-        for (phase, name) in named() {
-            let Some((heading, turn)) = Heading::of_movement(name, self.spec.side) else {
+/// Gives movements without a phase one, where it is clear which, and says so.
+fn complete(
+    plan: &mut ExistingPlan,
+    ways: &mut Ways,
+    layout: &LaneLayout,
+    (side, by_link, arms): (DrivingSide, &[ArmMovement], &BTreeMap<Heading, usize>),
+) -> Result<Vec<String>, String> {
+    let mut notes = Vec::new();
+    let way = |m: &ArmMovement| (m.from, m.turn);
+    let served: BTreeSet<(usize, Turn)> = ways.values().flatten().map(way).collect();
+    let mut all: Vec<(usize, Turn)> = layout.movements.iter().map(way).collect();
+    all.dedup();
+    for (arm, turn) in all.into_iter().filter(|way| !served.contains(way)) {
+        let Some((heading, _)) = arms.iter().find(|(_, of)| **of == arm) else {
+            return Err(format!(
+                "an approach has no phase (edge in{arm} of the network); give its movements to phases"
+            ));
+        };
+        let name = format!("{heading}{}", on_side(turn, side).letter());
+        let lanes = |turn: Turn| -> BTreeSet<u32> {
+            let own = layout.connections.iter();
+            own.filter(|c| way(&c.movement) == (arm, turn)).map(|c| c.from_lane).collect()
+        };
+        let others = [Turn::Through, Turn::Right, Turn::Left].into_iter();
+        let other = others.filter(|of| *of != turn).find(|of| served.contains(&(arm, *of)));
+        let is_shared = other.is_some_and(|other| !lanes(turn).is_disjoint(&lanes(other)));
+        let may_go_along = turn == Turn::Right || turn == Turn::Left && is_shared;
+        let Some(other) = other.filter(|_| may_go_along) else {
+            return Err(format!("{name} has no phase; add it to movements or yielding of one"));
+        };
+        let has = |names: &[String]| {
+            let own = names.iter().filter_map(|name| ways.get(name)).flatten();
+            own.into_iter().any(|m| way(m) == (arm, other))
+        };
+        let mut numbers = Vec::new();
+        for phase in &mut plan.phases {
+            let (own, yields) = (has(&phase.movements), has(&phase.yielding));
+            if own && turn != Turn::Left {
+                phase.movements.push(name.clone());
+            } else if own || yields {
+                phase.yielding.push(name.clone());
+            } else {
                 continue;
-            };
-            let arm = self.arms[&heading];
-            let exits: Vec<ArmMovement> = (self.by_link.iter().copied())
-                .filter(|m| (m.from, m.turn) == (arm, on_side(turn, self.spec.side)))
-                .collect();
-            let number = number_in(name) as usize;
-            if number > exits.len() {
-                let of_arm = self.by_link.iter().filter(|m| m.from == arm);
-                let has =
-                    movement_names(of_arm.map(|m| (heading, on_side(m.turn, self.spec.side))));
-                return Err(format!(
-                    "phase {phase} has {name}, but that approach has {}; correct the phase, or movements and bearing_deg of \
-                     the arm",
-                    has.join(" ")
-                ));
             }
-            let of_turn = |other: &&String| {
-                Heading::of_movement(other, self.spec.side) == Some((heading, turn)) && !is_u(other)
-            };
-            let numbers: BTreeSet<usize> = named()
-                .map(|(_, name)| name)
-                .filter(of_turn)
-                .map(|name| number_in(name) as usize)
-                .collect();
-            let begin = if numbers.first() == Some(&number) { 0 } else { number - 1 };
-            let end = numbers.range(number + 1..).next().map_or(exits.len(), |next| next - 1);
-            let own = if is_u(name) { exits } else { exits[begin..end].to_vec() };
-            ways.insert(name.clone(), own);
+            numbers.push(phase.number.to_string());
         }
-        Ok(ways)
-    }
-
-    /// Gives movements without a phase one, where it is clear which, and says so.
-    fn complete(&self, plan: &mut ExistingPlan, ways: &mut Ways) -> Result<Vec<String>, String> {
-        let mut notes = Vec::new();
-        let way = |m: &ArmMovement| (m.from, m.turn);
-        let served: BTreeSet<(usize, Turn)> = ways.values().flatten().map(way).collect();
-        let mut all: Vec<(usize, Turn)> = self.layout.movements.iter().map(way).collect();
-        all.dedup();
-        for (arm, turn) in all.into_iter().filter(|way| !served.contains(way)) {
-            let Some((heading, _)) = self.arms.iter().find(|(_, of)| **of == arm) else {
-                return Err(format!(
-                    "an approach has no phase (edge in{arm} of the network); give its movements to phases"
-                ));
-            };
-            let name = format!("{heading}{}", on_side(turn, self.spec.side).letter());
-            let lanes = |turn: Turn| -> BTreeSet<u32> {
-                let own = self.layout.connections.iter();
-                own.filter(|c| way(&c.movement) == (arm, turn)).map(|c| c.from_lane).collect()
-            };
-            let others = [Turn::Through, Turn::Right, Turn::Left].into_iter();
-            let other = others.filter(|of| *of != turn).find(|of| served.contains(&(arm, *of)));
-            let is_shared = other.is_some_and(|other| !lanes(turn).is_disjoint(&lanes(other)));
-            let may_go_along = turn == Turn::Right || turn == Turn::Left && is_shared;
-            let Some(other) = other.filter(|_| may_go_along) else {
-                return Err(format!("{name} has no phase; add it to movements or yielding of one"));
-            };
-            let has = |names: &[String]| {
-                let own = names.iter().filter_map(|name| ways.get(name)).flatten();
-                own.into_iter().any(|m| way(m) == (arm, other))
-            };
-            let mut numbers = Vec::new();
-            for phase in &mut plan.phases {
-                let (own, yields) = (has(&phase.movements), has(&phase.yielding));
-                if own && turn != Turn::Left {
-                    phase.movements.push(name.clone());
-                } else if own || yields {
-                    phase.yielding.push(name.clone());
-                } else {
-                    continue;
-                }
-                numbers.push(phase.number.to_string());
-            }
-            let own = self.by_link.iter().filter(|m| way(m) == (arm, turn)).copied().collect();
-            if turn == Turn::Left || !is_shared {
-                let as_what = if turn == Turn::Left { " and yields" } else { "" };
-                let with = numbers.join(" and ");
-                notes.push(format!(
-                    "{name} has no phase of its own and goes with phase {with}{as_what}"
-                ));
-            }
-            ways.insert(name, own);
+        let own = by_link.iter().filter(|m| way(m) == (arm, turn)).copied().collect();
+        if turn == Turn::Left || !is_shared {
+            let as_what = if turn == Turn::Left { " and yields" } else { "" };
+            let with = numbers.join(" and ");
+            notes.push(format!(
+                "{name} has no phase of its own and goes with phase {with}{as_what}"
+            ));
         }
-        Ok(notes)
+        ways.insert(name, own);
     }
+    Ok(notes)
 }
 
 /// Refuses phases that give crossing movements the right of way together.

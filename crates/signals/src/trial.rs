@@ -7,7 +7,7 @@ use super::env::SignalEnv;
 use super::env::by_movement::MovementTotals;
 use super::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
 use super::environment::InputFiles;
-use super::movement_results::ByEpisode;
+use super::movement_results;
 use super::program::PHASES;
 use super::sim::{Sim, SimError};
 use super::street_results::{ByStreet, StreetResult};
@@ -36,15 +36,14 @@ pub struct SignalTrial<S> {
     /// What is read while it goes on.
     pub held: InputFiles,
     /// What the evaluation episodes so far are made of.
-    movements: ByEpisode,
+    movements: Vec<Vec<MovementTotals>>,
     streets: ByStreet,
 }
 
 impl<S> SignalTrial<S> {
     /// Returns a controller on signals.
     pub fn new(env: SignalEnv<S>, controller: Box<dyn Controller>, held: InputFiles) -> Self {
-        let (movements, streets) = (ByEpisode::default(), ByStreet::default());
-        Self { env, controller, held, movements, streets }
+        Self { env, controller, held, movements: Vec::new(), streets: ByStreet::default() }
     }
 }
 
@@ -59,7 +58,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
         let played = played(&mut self.env, self.controller.as_mut(), seed);
         self.env.collects_movements = false;
         let (metrics, movements, streets) = played?;
-        self.movements.add(movements);
+        self.movements.push(movements);
         self.streets.add(streets);
         Ok(metrics)
     }
@@ -74,7 +73,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
 
     /// Another policy is evaluated from here on.
     fn load(&mut self, model: &Archive) -> Result<(), TrialError> {
-        (self.movements, self.streets) = (ByEpisode::default(), ByStreet::default());
+        (self.movements, self.streets) = (Vec::new(), ByStreet::default());
         Ok(self.controller.load(model.clone())?)
     }
 
@@ -99,7 +98,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
     /// Results by movement, means over the evaluation episodes, where ways of vehicles are known; else those by street, where
     /// there are several signals.
     fn parts(&self) -> Opaque {
-        let results = self.movements.results();
+        let results = movement_results::results(&self.movements);
         match (results.is_empty(), self.streets.streets.is_empty()) {
             (false, _) => Opaque::of(&results),
             (true, false) => Opaque::of(&self.streets),

@@ -55,7 +55,7 @@ impl<'a> Wired<'a> {
             let mut phases = wired.protected.iter().chain(&wired.yielding);
             wired.links.cars[*link].is_some() && !phases.any(|links| links.contains(*link))
         };
-        if let Some(link) = (0..wired.links.count()).find(is_left_out) {
+        if let Some(link) = (0..wired.links.cars.len()).find(is_left_out) {
             let lane = signal.links[link].first().map_or("", |l| &scene.lanes[l.from_lane].id);
             return Err(format!(
                 "its existing plan has no phase for link {link}, from lane {lane}"
@@ -81,7 +81,7 @@ impl<'a> Wired<'a> {
                     && approach(other) != approach(link)
                     && meet(link, other)
             };
-            let is_met = || (0..self.links.count()).any(met);
+            let is_met = || (0..self.links.cars.len()).any(met);
             match (has(&self.protected, link), has(&self.yielding, link)) {
                 (false, false) => 'r',
                 _ if is_right(link) && is_met() => 'g',
@@ -90,7 +90,7 @@ impl<'a> Wired<'a> {
                 (false, true) => 'g',
             }
         };
-        (0..self.links.count()).map(letter).collect()
+        (0..self.links.cars.len()).map(letter).collect()
     }
 
     fn rings(&self, timing: &Timing) -> Plan {

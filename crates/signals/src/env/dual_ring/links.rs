@@ -136,13 +136,8 @@ impl Links {
         }
     }
 
-    /// Returns how many there are.
-    pub(super) fn count(&self) -> usize {
-        self.cars.len()
-    }
-
     pub(super) fn set(&self, links: impl IntoIterator<Item = usize>) -> Set {
-        let mut set = Set::with_capacity(self.count());
+        let mut set = Set::with_capacity(self.cars.len());
         set.extend(links);
         set
     }
@@ -175,7 +170,7 @@ impl Links {
     /// Returns the links of a lane.
     pub(super) fn on_lane(&self, lane: usize) -> Vec<usize> {
         let is = |link: &usize| self.cars[*link].as_ref().is_some_and(|c| c.lanes.contains(&lane));
-        (0..self.count()).filter(is).collect()
+        (0..self.cars.len()).filter(is).collect()
     }
 
     /// Returns the lanes of some links, ascending.
@@ -189,7 +184,7 @@ impl Links {
         let is_as = |state: &&String| {
             state
                 .bytes()
-                .zip(0..self.count())
+                .zip(0..self.cars.len())
                 .all(|(c, l)| matches!(c, b'G' | b'g') == green.contains(l))
         };
         let own = self.states.iter().find(is_as).filter(|_| coming.is_clear());
@@ -200,11 +195,11 @@ impl Links {
             None if self.minor.contains(link) || self.yields_to(link, &met) => 'g',
             None => 'G',
         };
-        (0..self.count()).map(letter).collect()
+        (0..self.cars.len()).map(letter).collect()
     }
 
     /// Returns the state in which some links are green, and nothing else.
     pub(super) fn plain(&self, green: &Set) -> String {
-        (0..self.count()).map(|l| if green.contains(l) { 'G' } else { 'r' }).collect()
+        (0..self.cars.len()).map(|l| if green.contains(l) { 'G' } else { 'r' }).collect()
     }
 }

@@ -182,7 +182,7 @@ impl DualRing {
     /// Returns the rings of a signal as they begin: the through phases of the main street are green, of a coordinated plan
     /// the coordinated phases.
     fn of(links: Links, plan: Plan, timing: Timing) -> Self {
-        let count = links.count();
+        let count = links.cars.len();
         let holds = |phase: &&usize| plan.holds(**phase);
         let has_held = |side: &Side| side.iter().flatten().any(|p| holds(&p));
         let side = plan.sides.iter().position(has_held).unwrap_or_default();

@@ -182,7 +182,7 @@ impl Plan {
                 || self.sides.iter().any(|side| self.at_rest(side, links, link))
         };
         self.sides.iter().all(fit)
-            && (0..links.count()).all(|link| links.cars[link].is_none() || has_green(link))
+            && (0..links.cars.len()).all(|link| links.cars[link].is_none() || has_green(link))
     }
 
     /// Whether a link is green while a side's last phases are.
@@ -213,7 +213,7 @@ struct Builder<'a> {
 impl Builder<'_> {
     fn rings(&self, streets: &[Street]) -> Plan {
         let is_overlap = |link: &usize| matches!(self.links.turn(*link), None | Some(Turn::Right));
-        let overlaps = (0..self.links.count()).filter(is_overlap).collect();
+        let overlaps = (0..self.links.cars.len()).filter(is_overlap).collect();
         let mut plan = Plan { overlaps, ..Plan::default() };
         let crossings = self.crossings(streets);
         for (place, street) in streets.iter().enumerate() {
@@ -358,7 +358,7 @@ impl Builder<'_> {
             states.iter().filter(serves).rev().max_by_key(greens).copied()
         };
         let phase = |(place, state): (usize, &&String)| {
-            let links = self.links.set((0..self.links.count()).filter(|l| is_green(state, *l)));
+            let links = self.links.set((0..self.links.cars.len()).filter(|l| is_green(state, *l)));
             let crossings = self.timed(|crossing| best(*crossing) == Some(*state));
             let phase = self.phase(place as u32 + 1, "stage", links, state, crossings);
             let detectors = self.stage_detectors(place, &states);
@@ -400,7 +400,7 @@ impl Builder<'_> {
                 Detector::new(links, lane, self.config, first == Some(place), of_lane.clone())
             })
         };
-        links.lanes(0..links.count()).into_iter().filter_map(detector).collect()
+        links.lanes(0..links.cars.len()).into_iter().filter_map(detector).collect()
     }
 }
 

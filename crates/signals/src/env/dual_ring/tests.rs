@@ -1,4 +1,4 @@
-//! DualRing on links written by hand: what is shown, second by second.
+//! Rings on links written by hand: what is shown, second by second.
 
 use osm_signals::Turn;
 
@@ -142,8 +142,8 @@ fn violations(states: &[String], links: &Links, least: impl Fn(usize) -> usize) 
     let green = |second, link| matches!(at(second, link), b'G' | b'g');
     let mut wrong = Vec::new();
     for second in 1..states.len() {
-        for a in 0..links.count() {
-            for b in (0..links.count()).filter(|b| *b != a) {
+        for a in 0..links.cars.len() {
+            for b in (0..links.cars.len()).filter(|b| *b != a) {
                 let meet = !links.together[a].contains(b);
                 if green(second, a) && green(second, b) && meet {
                     wrong.push(format!("{second} s: links {a} and {b} are green"));
@@ -165,7 +165,7 @@ fn violations(states: &[String], links: &Links, least: impl Fn(usize) -> usize) 
             }
         }
     }
-    for link in 0..links.count() {
+    for link in 0..links.cars.len() {
         let mut begin = None;
         for second in 1..states.len() {
             match (green(second - 1, link), green(second, link), begin) {
@@ -231,7 +231,7 @@ fn whatever_comes_nothing_forbidden_is_shown_and_everybody_is_served() {
             };
             let wrong = violations(&states, links, least);
             assert!(wrong.is_empty(), "{case} {recall:?}: {:#?}", &wrong[..wrong.len().min(9)]);
-            for link in 0..links.count() {
+            for link in 0..links.cars.len() {
                 let served = states.iter().filter(|s| matches!(s.as_bytes()[link], b'G' | b'g'));
                 assert!(served.count() > 50, "{case}: link {link}");
             }
