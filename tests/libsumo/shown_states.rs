@@ -174,34 +174,29 @@ impl Trainer for Watch {
     }
 }
 
-/// Asks for another phase at every decision, as untrained learners do.
-struct Restless(u64);
+/// Asks for another of so many phases at every decision, as untrained learners do, or always for the first one.
+struct Asks {
+    another: bool,
+    phases: usize,
+}
 
-impl Controller for Restless {
+fn restless() -> Asks {
+    Asks { another: true, phases: 1 }
+}
+fn stubborn() -> Asks {
+    Asks { another: false, phases: 1 }
+}
+
+impl Controller for Asks {
     fn name(&self) -> &'static str {
-        "restless"
+        if self.another { "restless" } else { "stubborn" }
     }
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        self.0 = signals[0].phases.len() as u64;
+        self.phases = signals[0].phases.len();
         Ok(vec![Drive::Decisions; signals.len()])
     }
     fn act(&mut self, seen: &[Observation], phases: &mut [GreenPhase]) -> Result<(), ControlError> {
-        phases[0] = GreenPhase((seen[0].phase + 1) % self.0 as usize);
-        Ok(())
-    }
-}
-
-struct Stubborn;
-
-impl Controller for Stubborn {
-    fn name(&self) -> &'static str {
-        "stubborn"
-    }
-    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        Ok(vec![Drive::Decisions; signals.len()])
-    }
-    fn act(&mut self, _: &[Observation], phases: &mut [GreenPhase]) -> Result<(), ControlError> {
-        phases[0] = GreenPhase(0);
+        phases[0] = GreenPhase(if self.another { (seen[0].phase + 1) % self.phases } else { 0 });
         Ok(())
     }
 }
@@ -280,7 +275,7 @@ fn checked_seconds(preset: &str) -> usize {
             let limits = if preset == "field" { field } else { RESCO };
             let mut watch = Watch::new(&scenario, features, limits, folder.path());
             let mut controllers: Vec<Box<dyn Controller>> =
-                vec![Box::new(Restless(0)), Box::new(Stubborn), Box::new(Within)];
+                vec![Box::new(restless()), Box::new(stubborn()), Box::new(Within)];
             // An existing plan has its own times, and these networks have none; nor have they signals to coordinate.
             let others = [existing::METHOD.name, coordinated::METHOD.name];
             for method in METHODS.iter().filter(|m| !others.contains(&m.name)) {
@@ -324,7 +319,7 @@ fn checked_lefts() -> usize {
             let mut watch = Watch::new(&scenario, features, limits, folder.path());
             for name in ["restless", "baseline", "actuated", "max-pressure", "nema"] {
                 let mut controller: Box<dyn Controller> = match name {
-                    "restless" => Box::new(Restless(0)),
+                    "restless" => Box::new(restless()),
                     name => create(name, &scenario, false, 1).unwrap(),
                 };
                 watch.by_link = name == nema::METHOD.name;
@@ -356,7 +351,7 @@ fn lights_of_other_limits_are_found_out() {
     for (_, features, field) in POINTS {
         let folder = tempfile::tempdir().unwrap();
         let mut watch = Watch::new(&scenario, features, field, folder.path());
-        watch.episode(&mut Restless(0), 1).unwrap();
+        watch.episode(&mut restless(), 1).unwrap();
         let wrong = watch.wrong.join("\n");
         assert!(wrong.contains("after the last yellow"), "{wrong}");
         assert!(wrong.contains(" can be crossed for 7 s, not "), "{wrong}");
@@ -367,7 +362,7 @@ fn lights_of_other_limits_are_found_out() {
         assert!(wrong.contains(" begins 0 s after "), "{wrong}");
         assert!(wrong.contains(", not "), "{wrong}");
         watch.by_link = false;
-        watch.episode(&mut Stubborn, 1).unwrap();
+        watch.episode(&mut stubborn(), 1).unwrap();
         assert!(watch.wrong.is_empty(), "it never changes");
     }
 }
