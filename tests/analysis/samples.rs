@@ -85,12 +85,12 @@ fn on_the_point_mdps_that_all_finished_intervals_are_those_of_a_method_that_has_
         }
     });
     let data = analysed(&layout);
-    let common = data.common.unwrap();
-    assert_eq!(common.points, CHOSEN / 2);
+    let (points, common) = data.common.unwrap();
+    assert_eq!(points, CHOSEN / 2);
     let interval = |methods: &[tsc_family::analysis::MethodSummary]| {
         methods.iter().find(|m| m.method == "actuated").unwrap().interval.unwrap()
     };
-    assert_eq!(interval(&common.methods), interval(&data.methods));
+    assert_eq!(interval(&common), interval(&data.methods));
 }
 
 /// Whether a run that grows has enough after its first look, where the baseline may have no delay on a point MDP.

@@ -65,20 +65,6 @@ proptest! {
             prop_assert_eq!(Some(alone), resampled(&points, &design, 5)[0].clone());
         }
     }
-
-    #[test]
-    fn a_method_that_is_twice_as_slow_doubles_every_summary(points in any_points()) {
-        let mut slow = points.clone();
-        slow.iter_mut().flat_map(|p| &mut p.method).flatten().for_each(|delay| *delay *= 2.0);
-        let whole = Resampling::whole();
-        let pairs = resampled(&points, &whole, 0).into_iter().zip(resampled(&slow, &whole, 0));
-        for (once, twice) in pairs {
-            let (once, twice) = (once.unwrap(), twice.unwrap());
-            for (a, b) in once.resamples.iter().zip(&twice.resamples) {
-                prop_assert!((2.0 * a - b).abs() < 1e-9 * b);
-            }
-        }
-    }
 }
 
 #[test]

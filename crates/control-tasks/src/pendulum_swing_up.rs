@@ -107,13 +107,8 @@ impl Task for SwingUps {
         feature("mass_kg", "kg", 1.0, "m", POSITIVE),
         feature("length_m", "m", 1.0, "l", POSITIVE),
     ];
-    const OBJECTIVE: Objective = Objective {
-        metric: "steps_to_upright",
-        title: "steps to upright",
-        unit: "steps",
-        direction: Direction::Lower,
-        most: None,
-    };
+    const OBJECTIVE: Objective =
+        Objective::new("steps_to_upright", "steps to upright", "steps", Direction::Lower);
     // Not upright within the 200 steps of an episode, in nearly all of them.
     const FAILURE: (Side, f64) = (Side::Above, 199.0);
     const STEP_S: f64 = 5e-7;

@@ -10,8 +10,8 @@
 use crate::episodes::Dynamics;
 use crate::methods::{ppo, td3, trpo};
 use crate::task::{
-    Actions, ContextFeature, Generator, NORMALISED_RETURN, Objective, POSITIVE, PointMdp, Side,
-    Task, feature, point, scenario, settings,
+    Actions, ContextFeature, Direction, Generator, Objective, POSITIVE, PointMdp, Side, Task,
+    feature, point, scenario, settings,
 };
 
 const STEP_S: f64 = 0.1;
@@ -146,10 +146,8 @@ impl Task for Quads {
         feature("upper_wall_m", "m", 5.0, "l", POSITIVE),
     ];
     const OBJECTIVE: Objective = Objective {
-        metric: "course_share",
-        title: "share of the course",
         most: Some(1.0),
-        ..NORMALISED_RETURN
+        ..Objective::new("course_share", "share of the course", "", Direction::Higher)
     };
     // Less than half of the course.
     const FAILURE: (Side, f64) = (Side::Below, 0.5);

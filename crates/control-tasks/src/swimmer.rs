@@ -109,13 +109,8 @@ impl Task for Swimmers {
         feature("middle_radius_m", "m", 0.1, "b", RADII_M),
         feature("tail_radius_m", "m", 0.1, "c", RADII_M),
     ];
-    const OBJECTIVE: Objective = Objective {
-        metric: "steps_to_goal",
-        title: "steps to the goal",
-        unit: "steps",
-        direction: Direction::Lower,
-        most: None,
-    };
+    const OBJECTIVE: Objective =
+        Objective::new("steps_to_goal", "steps to the goal", "steps", Direction::Lower);
     // Not at the goal within the steps of an episode, in nearly all of them.
     const FAILURE: (Side, f64) = (Side::Above, 4999.0);
     const STEP_S: f64 = 1.5e-5;

@@ -151,13 +151,7 @@ impl Domain for Traffic {
     }
 
     fn objective(&self) -> Objective {
-        Objective {
-            metric: DELAY,
-            title: "delay",
-            unit: "s",
-            direction: Direction::Lower,
-            most: None,
-        }
+        Objective::new(DELAY, "delay", "s", Direction::Lower)
     }
 
     fn baseline(&self) -> Option<&'static str> {

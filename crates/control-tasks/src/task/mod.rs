@@ -15,16 +15,10 @@ pub(crate) use evaluation::stats::{Direction, Side};
 pub(crate) use learners::rl::environment::Actions;
 pub(crate) use learners::rl::random::Generator;
 
-pub(crate) const NORMALISED_RETURN: Objective = Objective {
-    metric: "normalised_return",
-    title: "normalised return",
-    unit: "",
-    direction: Direction::Higher,
-    most: None,
-};
+pub(crate) const NORMALISED_RETURN: Objective =
+    Objective::new("normalised_return", "normalised return", "", Direction::Higher);
 
-pub(crate) const RETURN: Objective =
-    Objective { metric: "return", title: "return", ..NORMALISED_RETURN };
+pub(crate) const RETURN: Objective = Objective::new("return", "return", "", Direction::Higher);
 
 /// A number that one point MDP of a family differs in from another.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -362,15 +362,18 @@ fn key(task: &Task) -> Key<'_> {
     (&task.method, &task.point, task.replicate)
 }
 
+/// What a task measured on every seed.
+type Rows<'a> = Vec<(u64, &'a Metrics)>;
+
 /// What tasks measured on every seed.
-pub(crate) type Evaluated<'a> = HashMap<Key<'a>, Vec<(u64, &'a Metrics)>>;
+pub(crate) type Evaluated<'a> = HashMap<Key<'a>, Rows<'a>>;
 
 /// Returns what two runs measured in the tasks of a method that both have.
 fn shared<'a, 'b>(
     a: &'b Evaluated<'a>,
     b: &'b Evaluated<'a>,
     method: &'b str,
-) -> impl Iterator<Item = (Key<'a>, &'b Vec<(u64, &'a Metrics)>, &'b Vec<(u64, &'a Metrics)>)> {
+) -> impl Iterator<Item = (Key<'a>, &'b Rows<'a>, &'b Rows<'a>)> {
     let of_method = a.iter().filter(move |(key, _)| key.0 == method);
     of_method.filter_map(|(key, rows)| Some((*key, rows, b.get(key)?)))
 }

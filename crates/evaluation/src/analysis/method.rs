@@ -189,15 +189,6 @@ fn weighted_metrics(scored: &[(&PointSummary, &PointResult)], weights: &[f64]) -
     first.metrics.keys().filter_map(mean).collect()
 }
 
-/// All methods with results on the point MDPs that every one of them finished.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OnCommonPoints {
-    /// Number of these point MDPs.
-    pub points: usize,
-    /// One summary per method, best first, over these point MDPs only.
-    pub methods: Vec<MethodSummary>,
-}
-
 fn scored(points: &[PointSummary], method: usize) -> BTreeSet<usize> {
     let has_score =
         |p: &PointSummary| p.results[method].as_ref().is_some_and(|r| r.score.is_some());
@@ -232,7 +223,7 @@ pub(super) fn rank(evidence: Evidence<'_>) -> Vec<Summarised> {
 pub(super) fn on_common_points(
     evidence: Evidence<'_>,
     estimates: &[Summarised],
-) -> Option<OnCommonPoints> {
+) -> Option<(usize, Vec<MethodSummary>)> {
     let with_results = || estimates.iter().filter(|(m, _)| m.overall.is_some());
     if with_results().all(|(m, _)| m.rank.is_some()) {
         return None;
@@ -246,5 +237,5 @@ pub(super) fn on_common_points(
     let on_shared = Evidence { points: &points, chosen: &chosen, tasks: &tasks, ..evidence };
     let methods = rank(on_shared).into_iter().map(|(m, _)| m);
     let methods = methods.filter(|m| m.overall.is_some()).collect();
-    Some(OnCommonPoints { points: points.len(), methods })
+    Some((points.len(), methods))
 }

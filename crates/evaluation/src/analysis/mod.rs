@@ -28,7 +28,7 @@ pub use crate::store::figures::{LAST_EPISODES, RETURN};
 pub use board::{AnalysisError, Board};
 pub use comparison::{Comparison, Decided, FEWEST_SEEDS_FOR_PLACES, Pair};
 pub use measures::{Measures, NoMeasures, Regime, Share};
-pub use method::{MethodSummary, OnCommonPoints};
+pub use method::MethodSummary;
 pub use mix::{Mix, MixPoint};
 pub use points::{EpisodeSummary, PointResult, PointSummary, TaskScore};
 pub use reference::{Reference, check_name, noun, unit};

@@ -308,7 +308,7 @@ pub(super) fn episodes(
                     shares: measures.shares_of(&row.metrics, of_baseline.get(&row.seed)),
                 }
             };
-            record.into_iter().flat_map(|record| record.evaluations()).map(episode).collect()
+            record.iter().flat_map(|record| record.evaluations()).map(episode).collect()
         };
         rows.iter().map(of_task).collect()
     };

@@ -127,11 +127,6 @@ impl Distribution {
         let ranks = ranks(&overall, board.direction);
         Self { name: name.to_owned(), weights, overall, ranks }
     }
-
-    /// Returns how many point MDPs of equal weight would be as unequal: the inverse of the sum of squared weights.
-    pub fn effective(&self) -> f64 {
-        1.0 / self.weights.iter().map(|w| w * w).sum::<f64>()
-    }
 }
 
 fn by_feature(

@@ -112,13 +112,6 @@ impl TrainingSummary {
     fn is_replaced(&self) -> bool {
         self.policy_row.is_some_and(|row| (row as usize) < self.episodes)
     }
-
-    /// Returns whether one of its evaluation episodes or more has a share above 0; `None` when that is not
-    /// known.
-    pub fn has_share(&self, share: usize) -> Option<bool> {
-        let of_episodes = self.evaluations.shares.get(share).copied().flatten();
-        of_episodes.map(|share| share > 0.0)
-    }
 }
 
 /// Returns the summary of a learner.

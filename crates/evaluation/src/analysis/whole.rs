@@ -8,13 +8,12 @@ use super::choice::choice;
 use super::comparison::{Comparison, Decided, Pair, compare};
 use super::estimator::{Estimator, estimator_of};
 use super::measures::{Measures, Regime, Share};
-use super::method::{MethodSummary, OnCommonPoints, on_common_points, rank};
+use super::method::{MethodSummary, on_common_points, rank};
 use super::points::{Evidence, PointResult, PointSummary, TaskScore, episodes, summarise_points};
 use super::reference::Reference;
 use super::training::{LearnerSummary, TrainingSummary, learned, learner, trained, trainings};
 use super::winners::{Winner, winners};
 use crate::sample::Design;
-use crate::stats::score::weighted_mean;
 use crate::stats::{Direction, Limit};
 use crate::store::dropped::Dropped;
 use crate::store::manifest::Manifest;
@@ -40,8 +39,9 @@ pub struct Analysis {
     pub points: Vec<PointSummary>,
     /// How sure the ranking is.
     pub comparison: Comparison,
-    /// All methods on the point MDPs that all finished; there when some method is not ranked.
-    pub common: Option<OnCommonPoints>,
+    /// Number of the point MDPs that all methods with results finished, and the methods over these, best first; there when some
+    /// method is not ranked.
+    pub common: Option<(usize, Vec<MethodSummary>)>,
     /// One entry per task of a learner, in the order of the plan.
     pub trainings: Vec<TrainingSummary>,
     /// The records that all this is of, for what is shown of every episode.
@@ -263,17 +263,6 @@ impl Analysis {
     /// Whether all point MDPs of the family were to be evaluated.
     pub fn is_whole(&self) -> bool {
         self.points.len() == self.manifest.identity.sample.family_size
-    }
-
-    /// Returns the mean objectives of two methods over the point MDPs that both finished, and how many these are.
-    pub fn objectives_shared(&self, a: usize, b: usize) -> Option<(f64, f64, usize)> {
-        let both = self.points.iter().filter_map(|p| {
-            Some((p.weight, p.results[a].as_ref()?.objective, p.results[b].as_ref()?.objective))
-        });
-        let both: Vec<(f64, f64, f64)> = both.collect();
-        let of_a = weighted_mean(both.iter().map(|(w, a, _)| (*w, *a)))?;
-        let of_b = weighted_mean(both.iter().map(|(w, _, b)| (*w, *b)))?;
-        Some((of_a, of_b, both.len()))
     }
 
     /// Returns the number of instances of the whole family; `None` where importance is something else than the

@@ -91,7 +91,7 @@ fn color(data: &Report, m: &MethodSummary) -> &'static str {
     let others = || identity.methods.iter().filter(|name| **name != identity.baseline);
     let look = |name: &String| data.sections.look(name).map(|look| look.color);
     if !others().any(|name| *name == m.method) {
-        return palette::baseline();
+        return palette::BASELINE;
     }
     look(&m.method).unwrap_or_else(|| {
         let taken: Vec<&str> = others().filter_map(look).collect();

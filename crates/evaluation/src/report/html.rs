@@ -229,12 +229,12 @@ fn episodes(e: &EpisodeSummary, words: &Words) -> Value {
 }
 
 fn common(data: &Report) -> Option<String> {
-    let common = data.common.as_ref()?;
+    let (points, methods) = data.common.as_ref()?;
     let caption = format!(
         "{} the fair comparison while some methods have no results on some point MDPs. Weights are scaled to sum to 1.",
-        text::common_title(data)
+        text::common_title(*points, methods.len())
     );
-    Some(ranking(data, &common.methods, common.points).html(&caption))
+    Some(ranking(data, methods, *points).html(&caption))
 }
 
 fn training(data: &Report) -> Option<Value> {

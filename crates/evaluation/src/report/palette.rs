@@ -3,7 +3,7 @@
 //! cross, in their dashes.
 
 /// Colour of what scores are divided by.
-const BASELINE: &str = "#8c8c8c";
+pub(super) const BASELINE: &str = "#8c8c8c";
 
 /// Colours of methods that the domain does not have.
 const OTHERS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7"];
@@ -31,11 +31,6 @@ pub const UNKNOWN: &str = "#9e9e9e";
 /// Returns the colour of a text on one of [`ORDERED`].
 pub fn ink_on(ordered: usize) -> &'static str {
     if ordered < 4 { "#1a1a1a" } else { "#ffffff" }
-}
-
-/// Returns the colour of the baseline.
-pub fn baseline() -> &'static str {
-    BASELINE
 }
 
 /// Returns the colour of a method that the domain does not have, by its position among those; one that no other

@@ -40,7 +40,10 @@ impl Sensitivity {
             .text("method", "", |(_, m)| self.board.methods[*m].clone())
             .file("overall", |(d, m)| Cell::exact(d.overall[*m]))
             .file("rank", |(d, m)| Cell::exact(d.ranks[*m]))
-            .file("effective_points", |(d, _)| Cell::exact(d.effective()))
+            // How many point MDPs of equal weight would be as unequal.
+            .file("effective_points", |(d, _)| {
+                Cell::exact(1.0 / d.weights.iter().map(|w| w * w).sum::<f64>())
+            })
             .table(self.distributions.iter().flat_map(of))
     }
 }

@@ -420,7 +420,8 @@ fn training(data: &Report) -> String {
         .file(best, |t| Cell::exact(t.best_episode))
         .file(last, |t| Cell::exact(t.last_episodes));
     for (i, event) in events(data) {
-        columns = columns.file(event, move |t| Cell::flag(t.has_share(i)));
+        columns = columns
+            .file(event, move |t| Cell::flag(t.evaluations.shares[i].map(|share| share > 0.0)));
     }
     columns = columns
         .file("weight", |t: &&TrainingSummary| Cell::exact(data.points[t.point].weight))

@@ -43,18 +43,17 @@ pub fn table(data: &Report) -> String {
     if data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference) {
         text.push_str(&format!("\n\n{}\n\n{}", legend(data), summaries(data).plain()));
     }
-    if let Some(common) = &data.common {
-        text.push_str(&format!("\n\n{}\n\n", common_title(data)));
-        text.push_str(&ranking(data, &common.methods, common.points).plain());
+    if let Some((points, methods)) = &data.common {
+        text.push_str(&format!("\n\n{}\n\n", common_title(*points, methods.len())));
+        text.push_str(&ranking(data, methods, *points).plain());
     }
     text
 }
 
-/// Returns the title of the table of what methods have in common; empty when they are all ranked.
-pub(super) fn common_title(data: &Report) -> String {
-    let Some(common) = &data.common else { return String::new() };
-    let n = format::count(common.points, "point MDP");
-    format!("On the {n} that all {} methods with results finished:", common.methods.len())
+/// Returns the title of the table of what methods have in common.
+pub(super) fn common_title(points: usize, methods: usize) -> String {
+    let n = format::count(points, "point MDP");
+    format!("On the {n} that all {methods} methods with results finished:")
 }
 
 /// Returns what a reader of the ranking must know: what is missing, what is not in the interval, and
@@ -239,7 +238,7 @@ fn dropped(data: &Report) -> String {
 }
 
 /// Whether there are methods without a rank, and all of them have dropped out of a growing run.
-pub(super) fn only_dropped_lack(data: &Report) -> bool {
+fn only_dropped_lack(data: &Report) -> bool {
     let is_dropped = |m: &MethodSummary| data.results.dropped.iter().any(|d| d.method == m.method);
     data.unranked().next().is_some() && data.unranked().all(is_dropped)
 }
@@ -464,8 +463,7 @@ fn gain(data: &Report, best: &MethodSummary) -> Vec<String> {
     };
     let (Some(own), Some(other)) = (best.objective, rival.objective) else { return Vec::new() };
     // Means over different point MDPs are not compared.
-    let shared = data
-        .objectives_shared(best.index, rival.index)
+    let shared = shared_objectives(data, best.index, rival.index)
         .filter(|(.., points)| *points < best.points.max(rival.points));
     let (own, other) = shared.map_or((own, other), |(own, other, _)| (own, other));
     let by_score = match data.reference.is_none() || best.is_reference {
@@ -513,6 +511,17 @@ fn gain(data: &Report, best: &MethodSummary) -> Vec<String> {
         sentences.extend(data.sections.says(About::Gain, data));
     }
     sentences
+}
+
+/// Returns the mean objectives of two methods over the point MDPs that both finished, and how many these are.
+fn shared_objectives(data: &Report, a: usize, b: usize) -> Option<(f64, f64, usize)> {
+    let objective = |p: &PointSummary, m: usize| Some(p.results[m].as_ref()?.objective);
+    let both =
+        data.points.iter().filter_map(|p| Some((p.weight, objective(p, a)?, objective(p, b)?)));
+    let both: Vec<(f64, f64, f64)> = both.collect();
+    let of_a = weighted_mean(both.iter().map(|(w, a, _)| (*w, *a)))?;
+    let of_b = weighted_mean(both.iter().map(|(w, _, b)| (*w, *b)))?;
+    Some((of_a, of_b, both.len()))
 }
 
 /// Says how much of this may be chance.

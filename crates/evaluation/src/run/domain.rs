@@ -37,6 +37,18 @@ pub struct Objective {
     pub most: Option<f64>,
 }
 
+impl Objective {
+    /// Returns an objective without a bound.
+    pub const fn new(
+        metric: &'static str,
+        title: &'static str,
+        unit: &'static str,
+        direction: Direction,
+    ) -> Self {
+        Self { metric, title, unit, direction, most: None }
+    }
+}
+
 /// A kind of task, such as traffic signals or CartPole, with the methods that can be evaluated on it.
 pub trait Domain: Sync {
     /// Stable name, as in manifests.

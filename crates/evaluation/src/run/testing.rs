@@ -131,13 +131,7 @@ impl Domain for Toy {
         "toy"
     }
     fn objective(&self) -> Objective {
-        Objective {
-            metric: "score",
-            title: "score",
-            unit: "",
-            direction: Direction::Higher,
-            most: None,
-        }
+        Objective::new("score", "score", "", Direction::Higher)
     }
     fn baseline(&self) -> Option<&'static str> {
         Some("zero")

@@ -140,18 +140,18 @@ pub fn bootstrap_all(
     };
     let mut all: Vec<Option<Bootstrap>> = values.iter().map(estimate).collect();
     let mut of_moved = Vec::new();
-    resample((points, &whole), resampling, rng, trainings, count, &mut |resample| {
+    resample((points, &whole), resampling, rng, trainings, count, &mut |within, moved, factor| {
         values.clear();
-        statistics.values(resample.within, &mut values);
+        statistics.values(within, &mut values);
         of_moved.clear();
-        if let Some(moved) = resample.moved {
+        if let Some(moved) = moved {
             statistics.values(moved, &mut of_moved);
         }
         for (i, bootstrap) in all.iter_mut().enumerate() {
             let Some(within) = values[i] else { continue };
             let value = match of_moved.get(i) {
                 None => Some(within),
-                Some(moved) => moved.map(|moved| within + resample.factor * (moved - within)),
+                Some(moved) => moved.map(|moved| within + factor * (moved - within)),
             };
             if let (Some(bootstrap), Some(value)) = (bootstrap, value) {
                 bootstrap.resamples.push(value);

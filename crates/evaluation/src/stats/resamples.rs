@@ -16,15 +16,9 @@ use super::{PointMeans, PointObjectives, Resampling};
 /// Stream of the generator that the choice of point MDPs is drawn from; seeds are drawn from stream 0.
 const CHOICE: u64 = 1;
 
-/// One resample: means after seeds and replicates were drawn anew, and the same with moved weights.
-pub(super) struct Resample<'a> {
-    /// Seeds and replicates drawn anew.
-    pub(super) within: &'a [PointMeans],
-    /// The same with the weights that the design gives; `None` where no point MDP is drawn anew.
-    pub(super) moved: Option<&'a [PointMeans]>,
-    /// The factor by which the change from the first to the second is multiplied.
-    pub(super) factor: f64,
-}
+/// Takes a resample: the means after seeds and replicates were drawn anew, the same with the weights that the design gives, where
+/// it gives others, and the factor by which the change from the first to the second is multiplied.
+type Take<'a> = dyn FnMut(&[PointMeans], Option<&[PointMeans]>, f64) + 'a;
 
 /// Resamples what was measured `count` times; not at all when the spread cannot be estimated or there is none.
 pub(super) fn resample(
@@ -33,7 +27,7 @@ pub(super) fn resample(
     rng: &mut ChaCha8Rng,
     trainings: u64,
     count: usize,
-    take: &mut dyn FnMut(&Resample<'_>),
+    take: &mut Take<'_>,
 ) {
     let between = resampling.draws_points();
     if !resampling.is_known() || !(between || has_noise(points)) {
@@ -57,7 +51,7 @@ pub(super) fn resample(
         for ((moved, within), weight) in moved.iter_mut().zip(&within).zip(&new_weights) {
             *moved = PointMeans { weight: *weight, ..*within };
         }
-        take(&Resample { within: &within, moved: between.then_some(&moved[..]), factor });
+        take(&within, between.then_some(&moved[..]), factor);
     }
 }
 
@@ -277,8 +271,8 @@ mod tests {
         let seeds_of = |resampling: &Resampling| {
             let mut rng = ChaCha8Rng::seed_from_u64(3);
             let mut seen = Vec::new();
-            resample((&points, &whole), resampling, &mut rng, 0, 20, &mut |resample| {
-                seen.extend(resample.within.to_vec());
+            resample((&points, &whole), resampling, &mut rng, 0, 20, &mut |within, _, _| {
+                seen.extend(within.to_vec());
             });
             seen
         };
@@ -299,9 +293,9 @@ mod tests {
             points.iter().enumerate().map(|(i, p)| p.means(i).unwrap()).collect();
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let mut seen = Vec::new();
-        resample((&points, &whole), &Resampling::whole(), &mut rng, 0, 20, &mut |resample| {
+        resample((&points, &whole), &Resampling::whole(), &mut rng, 0, 20, &mut |within, _, _| {
             let of = |m: &PointMeans| (m.baseline, m.method / m.baseline);
-            seen.extend(resample.within.iter().map(of));
+            seen.extend(within.iter().map(of));
         });
         assert_eq!(seen.len(), 60);
         for (i, (baseline, score)) in seen.into_iter().enumerate() {

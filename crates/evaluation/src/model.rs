@@ -16,8 +16,6 @@ use argmin::solver::linesearch::MoreThuenteLineSearch;
 use argmin::solver::quasinewton::LBFGS;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::standard;
-
 /// Pairs of steps and gradients that the search keeps.
 const MEMORY: usize = 7;
 
@@ -183,6 +181,14 @@ impl Gradient for Objective {
         }
         Ok(gradient)
     }
+}
+
+/// Returns mean and standard deviation of values; a deviation of 0 is 1, so that dividing by it changes nothing.
+fn standard(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let n = values.clone().count().max(1) as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    let sd = (values.map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
+    (mean, if sd > 1e-9 * mean.abs().max(1e-9) { sd } else { 1.0 })
 }
 
 fn pairs(n: usize) -> impl Iterator<Item = (usize, usize)> {
