@@ -51,7 +51,7 @@ fn an_included_file_that_changes_after_planning_is_noticed() {
     std::fs::remove_file(folder.join("out/done/000/1.jsonl")).unwrap();
     folder.edit("sub/r.xml", "</routes>", "</routes>\n");
     let said = folder.says(5, &format!("{RUN} out"));
-    assert!(said.contains("the file sub/r.xml of the point MDP a was changed"), "{said}");
+    assert!(said.contains("the point MDP a.sha256.sub/r.xml is"), "{said}");
 }
 
 #[test]
