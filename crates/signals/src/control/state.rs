@@ -162,7 +162,8 @@ mod tests {
         assert_eq!(state, [row, [1.0, 0.0, 25.0, 0.25, 0.0]].concat());
         // A single lane gets an empty second one.
         let (mut signal, mut one) = (two_phase_signal(), Observation { phase: 0, ..seen() });
-        (signal.lanes.truncate(1), one.lanes.truncate(1));
+        signal.lanes.truncate(1);
+        one.lanes.truncate(1);
         lanes(&signal, &one, &mut state);
         assert_eq!((state.len(), &state[5..]), (10, &[0.0; 5][..]));
     }
