@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::folder::{CITY, NETWORKS};
 use super::osm;
 use super::osm::OsmArgs;
-use super::output::{Counted, line, note};
+use super::output::{Progress, line, note};
 use super::scenario::ScenarioArg;
 use super::values::at_least_one_worker;
 use crate::cli::exit::{self, refuse};
@@ -224,8 +224,8 @@ pub(super) fn build(
     options: BuildOptions,
     quiet: bool,
 ) -> anyhow::Result<BuildSummary> {
-    let done = Counted::new(specs.len(), "networks", quiet);
-    let built = build_all(specs, &loaded.scenario, out, options, &|point| done.set(point));
+    let done = Progress::new(specs.len() as u64, Some("networks"), quiet);
+    let built = build_all(specs, &loaded.scenario, out, options, &|point| done.add(1, point));
     done.finish();
     Ok(built?)
 }

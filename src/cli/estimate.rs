@@ -4,7 +4,7 @@ use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::{Path, PathBuf};
 
 use super::folder::{ESTIMATE, Target};
-use super::output::{Counted, events, line, note};
+use super::output::{Progress, events, line, note};
 use super::values::{MOST_REPEATS, from_one_to};
 use crate::analysis::Analysis;
 use crate::cli::exit::{self, refuse};
@@ -94,7 +94,7 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
         kinds,
     };
     let total = plan.kinds.len() * plan.budgets.len() * plan.repeats;
-    let progress = Counted::new(total, "samples", args.quiet || args.json);
+    let progress = Progress::new(total as u64, Some("samples"), args.quiet || args.json);
     let cells = study(&recorded, &plan, &|n| progress.add(n, ""));
     progress.finish();
     let cells = cells?;

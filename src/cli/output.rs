@@ -2,7 +2,6 @@
 
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use basics::plain::plain;
@@ -49,7 +48,7 @@ pub(super) struct Progress {
     what: Option<&'static str>,
     total: u64,
     plain: bool,
-    last_line: Instant,
+    last_line: Mutex<Instant>,
     start: Instant,
 }
 
@@ -72,16 +71,27 @@ impl Progress {
         }
         let plain = !quiet && !terminal;
         let now = Instant::now();
-        Self { bar, what, total, plain, last_line: now, start: now }
+        Self { bar, what, total, plain, last_line: Mutex::new(now), start: now }
     }
 
     /// Says how many units are done.
-    pub(super) fn set(&mut self, done: u64, message: &str) {
+    pub(super) fn set(&self, done: u64, message: &str) {
         self.bar.set_position(done);
+        self.say(message);
+    }
+
+    /// Counts some units that are done, from any thread.
+    pub(super) fn add(&self, count: usize, message: &str) {
+        self.bar.inc(count as u64);
+        self.say(message);
+    }
+
+    fn say(&self, message: &str) {
         self.bar.set_message(plain(message).replace('\n', " "));
-        if self.plain && self.last_line.elapsed() >= PLAIN_INTERVAL {
-            self.last_line = Instant::now();
-            note(self.plain_line(done, message));
+        let Ok(mut last_line) = self.last_line.lock() else { return };
+        if self.plain && last_line.elapsed() >= PLAIN_INTERVAL {
+            *last_line = Instant::now();
+            note(self.plain_line(self.bar.position(), message));
         }
     }
 
@@ -112,40 +122,6 @@ impl Progress {
     /// Removes the bar.
     pub(super) fn finish(&self) {
         self.bar.finish_and_clear();
-    }
-}
-
-/// Progress that several threads report.
-pub(super) struct Counted {
-    progress: Mutex<Progress>,
-    done: AtomicU64,
-}
-
-impl Counted {
-    /// Returns a bar of so many units of `what`.
-    pub(super) fn new(count: usize, what: &'static str, quiet: bool) -> Self {
-        let progress = Progress::new(count as u64, Some(what), quiet);
-        Self { progress: Mutex::new(progress), done: AtomicU64::new(0) }
-    }
-
-    /// Counts one that is done.
-    pub(super) fn set(&self, name: &str) {
-        self.add(1, name);
-    }
-
-    /// Counts some that are done.
-    pub(super) fn add(&self, count: usize, message: &str) {
-        let done = self.done.fetch_add(count as u64, Ordering::Relaxed) + count as u64;
-        if let Ok(mut progress) = self.progress.lock() {
-            progress.set(done, message);
-        }
-    }
-
-    /// Removes the bar.
-    pub(super) fn finish(&self) {
-        if let Ok(progress) = self.progress.lock() {
-            progress.finish();
-        }
     }
 }
 

@@ -20,7 +20,7 @@ use super::executors::{Executes, hand_over};
 use super::folder::RESULTS;
 use super::interrupt::interrupted;
 use super::local_run::LocalRun;
-use super::output::{Counted, duration, line, note};
+use super::output::{Progress, duration, line, note};
 use super::subject::Subject;
 use crate::analysis::check_name;
 use crate::cli::exit::{self, Refused, refuse, without_effect};
@@ -133,16 +133,16 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         return Ok(exit::DONE);
     }
     RESULTS.check(&out, "--out", Some(args.force))?;
-    let made = Counted::new(
-        draft.sample.draws.len(),
-        "networks",
+    let made = Progress::new(
+        draft.sample.draws.len() as u64,
+        Some("networks"),
         args.quiet || args.json || !subject.builds,
     );
     let session = {
         let _watchdog = prepared_in(Duration::from_secs(args.workers.limits.stall_timeout));
         open(&request, &draft, &out, &|point| {
             heartbeat::beat(1);
-            made.set(point);
+            made.add(1, point);
         })
     };
     made.finish();

@@ -16,9 +16,9 @@ use tsc_family::traffic::network::error::NetworkError;
 use tsc_family::traffic::network::intersection::{Arm, IntersectionSpec, intersections};
 use tsc_family::traffic::network::plain::DEFAULT_PROGRAM;
 use tsc_family::traffic::network::validate::validate;
+use tsc_family::traffic::program::ProgramPhase;
 use tsc_family::traffic::settings::{Scenario, defaults};
 use tsc_family::traffic::sim::net_file::NetFile;
-use tsc_family::traffic::sim::net_file::ProgramPhase;
 
 use crate::nightly::is_nightly;
 

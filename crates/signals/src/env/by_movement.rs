@@ -282,19 +282,10 @@ mod tests {
         movements(scene, &scene.signals[signal], side).into_iter().map(|m| m.totals.name).collect()
     }
 
-    fn names(side: DrivingSide) -> Vec<String> {
-        names_of(&scene(), 0, side)
-    }
-
     #[test]
-    fn movements_have_the_names_of_the_ground() {
-        assert_eq!(names(DrivingSide::Right), ["SBL", "SBT", "SBR", "EBT"]);
-        assert_eq!(names(DrivingSide::Left), ["SBL", "SBT", "SBR", "WBT"]);
-    }
-
-    #[test]
-    fn every_signal_of_a_scene_has_the_names_that_it_has_alone() {
+    fn every_signal_of_a_scene_has_the_names_of_the_ground_that_it_has_alone() {
         let mut scene = scene();
+        assert_eq!(names_of(&scene, 0, DrivingSide::Left), ["SBL", "SBT", "SBR", "WBT"]);
         // The second signal has an approach in the same quarter as one of the first, and one that needs eight directions.
         let mut lanes = scene.lanes.clone();
         lanes.iter_mut().for_each(|lane| lane.id = format!("far_{}", lane.id));

@@ -27,8 +27,9 @@ use super::retime::{retime, timing};
 use super::tool::{Ended, find, finish};
 use crate::junction::{Conflicts, Movement};
 use crate::network::error::NetworkError;
+use crate::program::ProgramPhase;
 use crate::settings::{NetworkSettings, Scenario};
-use crate::sim::net_file::{NetFile, ProgramPhase};
+use crate::sim::net_file::NetFile;
 use crate::vocabulary::Light;
 use basics::files::FileError;
 
@@ -230,9 +231,10 @@ fn greens(
     movement_of_link: &[usize],
     settings: &NetworkSettings,
 ) -> Vec<ProgramPhase> {
-    let green = |(lights, is_left): &(Lights, bool)| ProgramPhase {
-        duration_s: if *is_left { settings.default_left_green_s } else { settings.phase_green_s },
-        state: movement_of_link.iter().map(|m| lights[*m].letter()).collect(),
+    let green = |(lights, is_left): &(Lights, bool)| {
+        let state: String = movement_of_link.iter().map(|m| lights[*m].letter()).collect();
+        let seconds = [settings.phase_green_s, settings.default_left_green_s];
+        ProgramPhase::fixed(state, seconds[usize::from(*is_left)])
     };
     stages.iter().map(green).collect()
 }

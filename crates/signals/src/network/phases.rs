@@ -27,8 +27,8 @@ use super::intersection::IntersectionSpec;
 use super::lanes::{LaneLayout, turns_left_from_its_own_lanes};
 use super::movements::opposite;
 use crate::junction::{Conflicts, Movement};
+use crate::program::ProgramPhase;
 use crate::settings::{LeftTurns, NetworkSettings};
-use crate::sim::net_file::ProgramPhase;
 use crate::vocabulary::{self, Light};
 
 /// Program id of these phases in a network.
@@ -219,9 +219,9 @@ pub fn program(
         let ends = |m: usize| phase[m] != Light::Red && next[m] == Light::Red;
         let yellow: String =
             links.iter().map(|&m| if ends(m) { 'y' } else { phase[m].letter() }).collect();
-        program.push(ProgramPhase { duration_s: settings.phase_green_s, state: green });
+        program.push(ProgramPhase::fixed(green, settings.phase_green_s));
         if yellow.contains('y') {
-            program.push(ProgramPhase { duration_s: YELLOW_S, state: yellow });
+            program.push(ProgramPhase::fixed(yellow, YELLOW_S));
         }
     }
     program
@@ -430,29 +430,18 @@ mod tests {
     }
 
     #[test]
-    fn arms_that_only_turn_right_have_no_phase_of_their_own() {
-        let mut s = wye();
-        for arm in &mut s.arms[..2] {
+    fn a_t_and_approaches_that_lack_turns_have_phases_of_their_own() {
+        // From the north: left and through; the stem: left and right; from the south: through and right.
+        assert_eq!(states(&tee()), ["gGrrGG", "rrGGrG"]);
+        let (mut with_lane, mut right_only, mut alone) = (tee(), wye(), cross());
+        with_lane.arms[0].left_turn_lanes = 1;
+        assert_eq!(states(&with_lane), ["gGrrGG", "GGrGrr", "rrGGrG"]);
+        for arm in &mut right_only.arms[..2] {
             arm.turns = Some(Turns { left: false, ..Turns::ALL });
         }
-        assert_eq!(states(&s), ["GGrG", "GrGG"]);
-    }
-
-    #[test]
-    fn an_approach_whose_opposite_does_not_come_through_is_served_alone() {
-        let mut s = cross();
-        s.arms[2].turns = Some(Turns { through: false, ..Turns::ALL });
-        assert_eq!(states(&s)[0], "GGGrrGrrrrr");
-    }
-
-    #[test]
-    fn a_t_serves_both_through_then_the_stem_and_between_them_a_left_that_has_its_own_lane() {
-        // From the north: left and through; the stem: left and right; from the south: through and
-        // right.
-        assert_eq!(states(&tee()), ["gGrrGG", "rrGGrG"]);
-        let mut s = tee();
-        s.arms[0].left_turn_lanes = 1;
-        assert_eq!(states(&s), ["gGrrGG", "GGrGrr", "rrGGrG"]);
+        assert_eq!(states(&right_only), ["GGrG", "GrGG"], "no phase for right turns alone");
+        alone.arms[2].turns = Some(Turns { through: false, ..Turns::ALL });
+        assert_eq!(states(&alone)[0], "GGGrrGrrrrr", "its opposite does not come through");
     }
 
     #[test]

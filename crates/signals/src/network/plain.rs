@@ -20,7 +20,7 @@ use super::bays::{Piece, pieces, ways};
 use super::intersection::{Arm, IntersectionSpec};
 use super::lanes::LaneLayout;
 use crate::junction::outgoing_edge;
-use crate::sim::net_file::ProgramPhase;
+use crate::program::ProgramPhase;
 use crate::vocabulary::DEFAULT_LANE_WIDTH_M;
 
 /// Program id of netconvert's own program, which SUMO runs unless told otherwise.

@@ -9,8 +9,8 @@ use super::intersection::{Arm, IntersectionSpec};
 use super::lanes::LaneLayout;
 use super::plain::LANE_WIDTH_M;
 use crate::control::webster::fill;
+use crate::program::ProgramPhase;
 use crate::settings::{NetworkSettings, SignalSettings};
-use crate::sim::net_file::ProgramPhase;
 use crate::timing::{Approach, Timing, Way, has_unopposed};
 
 /// Returns the limits of an intersection's signal.
@@ -66,11 +66,11 @@ pub fn retime(
     let durations = durations(&greens, timing, settings, cycle_s.saturating_sub(lost_s));
     let mut program = Vec::new();
     for ((green, duration_s), change) in greens.iter().zip(durations).zip(changes) {
-        program.push(ProgramPhase { duration_s, state: green.state.clone() });
+        program.push(ProgramPhase::fixed(&green.state, duration_s));
         program.extend(
             change
                 .into_iter()
-                .map(|(state, seconds)| ProgramPhase { duration_s: f64::from(seconds), state }),
+                .map(|(state, seconds)| ProgramPhase::fixed(state, f64::from(seconds))),
         );
     }
     program
@@ -131,7 +131,7 @@ mod tests {
     use crate::settings::ChangeInterval;
 
     fn phase(duration_s: f64, state: &str) -> ProgramPhase {
-        ProgramPhase { duration_s, state: state.into() }
+        ProgramPhase::fixed(state, duration_s)
     }
 
     /// What netconvert gives four arms with left-only lanes, links by movement.

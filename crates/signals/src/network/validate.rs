@@ -13,7 +13,8 @@ use super::phases::PHASES_PROGRAM;
 use super::plain::{DEFAULT_PROGRAM, SIGNAL};
 use crate::junction::{Conflicts, incoming_edge, outgoing_edge};
 use crate::network::error::NetworkError;
-use crate::sim::net_file::{NetFile, NetLane, NetLink, ProgramPhase};
+use crate::program::ProgramPhase;
+use crate::sim::net_file::{NetFile, NetLane, NetLink};
 
 /// How far a length or speed may be off: netconvert writes two decimals.
 const ROUNDING: f64 = 0.0101;

@@ -9,6 +9,7 @@ use roxmltree::{Document, Node};
 use super::sources::open;
 use super::sumocfg::SumoConfig;
 use crate::junction::Conflicts;
+use crate::program::ProgramPhase;
 use basics::files::FileError;
 
 /// Letters of a state that let vehicles pass and yield.
@@ -43,15 +44,6 @@ pub struct NetLink {
     pub signal: String,
     /// Place in the signal's state.
     pub link: usize,
-}
-
-/// A phase of a SUMO program.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ProgramPhase {
-    /// Duration, seconds.
-    pub duration_s: f64,
-    /// SUMO's state, one letter per link.
-    pub state: String,
 }
 
 /// The parts of a network that decide how traffic flows.
@@ -89,7 +81,7 @@ impl NetFile {
             let phases = program.children().filter(|node| node.has_tag_name("phase"));
             let phases = phases.map(|phase| {
                 let state = attribute(phase, "state")?.to_owned();
-                Ok(ProgramPhase { duration_s: number(phase, "duration")?, state })
+                Ok(ProgramPhase::fixed(state, number(phase, "duration")?))
             });
             let (id, name) = (attribute(program, "id")?, attribute(program, "programID")?);
             let phases = phases.collect::<Result<_, String>>()?;

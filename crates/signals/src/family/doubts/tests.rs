@@ -36,11 +36,6 @@ fn one(change: impl Fn(usize, &mut Approach)) -> String {
 }
 
 #[test]
-fn a_plain_table_has_no_doubt() {
-    assert_eq!(said(|_, _| {}), Vec::<String>::new());
-}
-
-#[test]
 fn an_inflow_that_is_cut_or_raised_is_named_with_its_row() {
     assert_eq!(
         one(|i, row| row.aadt_veh_per_day_per_lane = if i == 3 { 24_000.0 } else { 4000.0 }),
@@ -50,15 +45,6 @@ fn an_inflow_that_is_cut_or_raised_is_named_with_its_row() {
     assert_eq!(
         one(|i, row| row.aadt_veh_per_day_per_lane = if i == 4 { 600.0 } else { 4000.0 }),
         "inflows below family.min_inflow_vph = 60 are raised to it (line 6: 50 veh/h)"
-    );
-}
-
-#[test]
-fn a_count_that_is_missing_is_named_with_what_stands_for_it() {
-    assert_eq!(
-        one(|i, row| row.imputed = i == 0),
-        "aadt_veh_per_day_per_lane is empty, and the mean of other approaches stands for it (line 2: 4000 \
-         veh/day per lane)"
     );
 }
 
@@ -81,37 +67,6 @@ fn six_features_name_the_intersections_that_a_minimum_holds_for() {
 }
 
 #[test]
-fn speeds_in_other_units_are_told() {
-    let kmh = |row: &mut Approach, i: usize| {
-        row.speed_mph = if i.is_multiple_of(3) { 30.0 } else { 60.0 }
-    };
-    assert!(one(|i, row| kmh(row, i)).contains("if it is in km/h, multiply it by 0.621371"));
-    assert!(one(|_, row| row.speed_mph = 13.9).contains("in m/s, multiply it by 2.236936"));
-}
-
-#[test]
-fn counts_in_other_units_are_told() {
-    assert!(
-        said(|_, row| row.aadt_veh_per_day_per_lane = 4.2)
-            .iter()
-            .any(|s| s.contains("multiply them by 1000"))
-    );
-    let hourly = one(|_, row| row.aadt_veh_per_day_per_lane = 380.0 * 2.0);
-    assert!(hourly.contains("divide them by the hour's share of the day"), "{hourly}");
-    assert!(
-        said(|_, row| row.aadt_veh_per_day_per_lane = 16_000.0)
-            .iter()
-            .any(|s| s.contains("counts of all lanes"))
-    );
-}
-
-#[test]
-fn a_u_turn_that_may_be_meant_as_through_is_told() {
-    let u_turns = said(|i, row| row.movements = if i == 0 { "lstr".into() } else { "ltr".into() });
-    assert!(u_turns[0].contains("t is a U-turn here"), "{u_turns:?}");
-}
-
-#[test]
 fn a_short_message_names_five_rows_and_counts_the_others() {
     let doubt = Doubt::of("x", (0..7).map(|i| i.to_string()).collect()).unwrap();
     assert_eq!(doubt.brief(), "x (0; 1; 2; 3; 4; and 2 more)");
@@ -119,18 +74,29 @@ fn a_short_message_names_five_rows_and_counts_the_others() {
 }
 
 #[test]
-fn lengths_in_other_units_and_places_that_are_none_are_told() {
-    let km = one(|_, row| row.length_m = 1.2);
-    assert!(km.contains("if it is in km, multiply it by 1000"), "{km}");
-    let feet = one(|_, row| row.length_m = 1300.0);
-    assert!(feet.contains("if it is in feet, multiply it by 0.3048"), "{feet}");
-    let nowhere = said(|i, row| {
-        if i < 3 {
-            (row.latitude, row.longitude) = (0.0, 0.0);
-        }
-    });
-    assert_eq!(
-        nowhere,
-        ["latitude 0 and longitude 0, which stands for no place (line 2: intersection 0)"]
-    );
+fn values_that_look_like_another_unit_or_a_place_that_is_none_are_told() {
+    assert_eq!(said(|_, _| {}), Vec::<String>::new(), "a plain table has no doubt");
+    type Change = fn(usize, &mut Approach);
+    let cases: [(Change, &str); 10] = [
+        (|i, row| row.imputed = i == 0, "the mean of other approaches stands for it (line 2: 4000"),
+        (|i, row| row.speed_mph = [30.0, 60.0, 60.0][i % 3], "in km/h, multiply it by 0.621371"),
+        (|_, row| row.speed_mph = 13.9, "in m/s, multiply it by 2.236936"),
+        (|_, row| row.aadt_veh_per_day_per_lane = 4.2, "multiply them by 1000"),
+        (
+            |_, row| row.aadt_veh_per_day_per_lane = 760.0,
+            "divide them by the hour's share of the day",
+        ),
+        (|_, row| row.aadt_veh_per_day_per_lane = 16_000.0, "counts of all lanes"),
+        (|_, row| row.length_m = 1.2, "if it is in km, multiply it by 1000"),
+        (|_, row| row.length_m = 1300.0, "if it is in feet, multiply it by 0.3048"),
+        (|i, row| row.movements = ["lstr", "ltr"][i.min(1)].into(), "t is a U-turn here"),
+        (
+            |i, row| (row.latitude, row.longitude) = [(0.0, 0.0), (40.0, -75.0)][(i / 3).min(1)],
+            "latitude 0 and longitude 0, which stands for no place (line 2: intersection 0)",
+        ),
+    ];
+    for (change, expected) in cases {
+        let said = said(change);
+        assert!(said.iter().any(|doubt| doubt.contains(expected)), "{expected}: {said:?}");
+    }
 }

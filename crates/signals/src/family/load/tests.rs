@@ -108,14 +108,14 @@ fn an_intersection_is_a_point_mdp_in_every_period_and_counts_by_its_hours() {
 
 #[test]
 fn periods_and_their_hours_must_fit_together() {
-    let refused = |periods: &str| with_periods(periods).unwrap_err();
-    assert!(refused("periods = { am = 500 }\n").contains("no hours for its period \"pm\""));
-    let unknown = refused("periods = { am = 1, pm = 1, night = 1 }\n");
-    assert!(
-        unknown.contains("night = 1: expected hours per year above 0, of a period"),
-        "{unknown}"
-    );
-    assert!(refused("periods = { am = 0, pm = 1 }\n").contains("hours per year above 0"));
+    for (periods, why) in [
+        ("am = 500", "no hours for its period \"pm\""),
+        ("am = 1, pm = 1, night = 1", "night = 1: expected hours per year above 0, of a period"),
+        ("am = 0, pm = 1", "hours per year above 0"),
+    ] {
+        let e = with_periods(&format!("periods = {{ {periods} }}\n")).unwrap_err();
+        assert!(e.contains(why), "{periods}: {e}");
+    }
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn a_point_mdp_is_called_by_the_streets_in_the_names_of_its_arms() {
 }
 
 #[test]
-fn a_table_is_a_scenario_whatever_the_case_of_its_columns() {
+fn a_table_is_a_scenario_whatever_the_case_of_its_columns_and_counts_are_none() {
     let folder = tempfile::tempdir().unwrap();
     let load = |name: &str| load(folder.path().join(name).to_str().unwrap()).unwrap();
     let (header, rows) = EMBEDDED_TABLES[0].1.split_once('\n').unwrap();
@@ -151,14 +151,9 @@ fn a_table_is_a_scenario_whatever_the_case_of_its_columns() {
     assert_eq!(streets.scenario.family.detail, Detail::PerApproach);
     assert_eq!(streets, load("streets.toml"), "the scenario whose file names it");
     assert_eq!(load("points.csv").family.points[0].id, "a");
-}
-
-#[test]
-fn another_table_is_no_scenario_and_says_what_takes_it() {
-    let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("counts.csv");
     std::fs::write(&path, "INTID,Date,Time,NBL,NBT\n1,1/1/2026,07:00,1,2\n").unwrap();
-    let e = load(path.to_str().unwrap()).unwrap_err().to_string();
+    let e = super::load(path.to_str().unwrap()).unwrap_err().to_string();
     assert!(e.contains("counts.csv, line 1: a table without the columns of a scenario"), "{e}");
     assert!(e.contains("--turning-counts"), "{e}");
 }
