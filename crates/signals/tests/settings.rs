@@ -16,8 +16,6 @@ mod default_name {
         assert_eq!(name(text, "towns/my-town.toml").unwrap(), "my-town");
         assert_eq!(name(text, "towns/St. Paul.toml").unwrap(), "St--Paul");
         assert_eq!(name(text, "towns/mine/scenario.toml").unwrap(), "mine");
-        let text = format!("preset = \"field\"\n{text}");
-        assert_eq!(name(&text, "my-town.toml").unwrap(), "my-town");
         assert!(name(&format!("name = \"\"\n{text}"), "a.toml").unwrap_err().contains("name"));
     }
 }

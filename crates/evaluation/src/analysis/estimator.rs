@@ -24,7 +24,7 @@ use crate::sample::quadrature::{Quadrature, Rule};
 use crate::sample::{Design, SamplePlan, Sampling};
 use crate::stats::quantile::{central, central_about, containing};
 use crate::stats::resampling::Contrast;
-use crate::stats::summary::{MeanOfScores, Statistics};
+use crate::stats::summary::{Statistics, only_mean};
 use crate::stats::{
     Bootstrap, Direction, PointObjectives, Resampling, StatsError, bootstrap_all, degrees, means,
     stretch,
@@ -184,7 +184,7 @@ impl Estimator {
         scores: &[PointObjectives],
         rng: &mut ChaCha8Rng,
     ) -> Result<Estimate, StatsError> {
-        let mut all = self.estimate_all(sample, scores, &MeanOfScores, rng)?;
+        let mut all = self.estimate_all(sample, scores, &only_mean(), rng)?;
         all.pop().flatten().ok_or(StatsError::Empty("the list of point MDPs with a weight"))
     }
 

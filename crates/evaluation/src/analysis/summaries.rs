@@ -7,7 +7,7 @@ use crate::stats::iqm::mean_of_sorted;
 use crate::stats::profile::share_below;
 use crate::stats::quantile::containing;
 use crate::stats::summary::{
-    Statistics, geometric_mean, mean_of_scores, ratio_of_means, scores, weighted_median,
+    geometric_mean, mean_of_scores, ratio_of_means, scores, weighted_median,
 };
 use crate::stats::weighted_quantile::{is_coarse, median_interval, quantile_of_sorted, sorted};
 use crate::stats::{PointMeans, PointObjectives};
@@ -20,44 +20,6 @@ const GEOMETRIC: usize = 3;
 const IQM: usize = 4;
 const BELOW: usize = 5;
 const REGIMES: usize = 6;
-
-/// The statistics of a method's summaries, computed together: those that need scores in order sort them once.
-struct SummaryStatistics<'a> {
-    /// The median over all that was measured, around which the share below it tells the spread.
-    middle: Option<f64>,
-    /// The regime of every point MDP.
-    regime_of: &'a [Option<usize>],
-    /// Number of regimes.
-    regimes: usize,
-}
-
-impl Statistics for SummaryStatistics<'_> {
-    fn values(&self, points: &[PointMeans], values: &mut Vec<Option<f64>>) {
-        let in_order = sorted(scores(points));
-        values.extend([
-            mean_of_scores(points),
-            ratio_of_means(points),
-            quantile_of_sorted(&in_order, 0.5),
-            geometric_mean(scores(points)),
-            mean_of_sorted(&in_order),
-            self.middle.and_then(|middle| share_below(scores(points), middle)),
-        ]);
-        let mut sums = vec![(0.0, 0.0); self.regimes];
-        for point in points {
-            // Of a point MDP that a model predicts it is not known.
-            let regime = self.regime_of.get(point.point).copied().flatten();
-            if let Some((top, bottom)) = regime.and_then(|regime| sums.get_mut(regime)) {
-                *top += point.weight * point.score;
-                *bottom += point.weight;
-            }
-        }
-        values.extend(sums.into_iter().map(|(top, bottom)| (bottom > 0.0).then(|| top / bottom)));
-    }
-
-    fn means(&self) -> usize {
-        RATIO + 1
-    }
-}
 
 /// A number and its interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,8 +75,29 @@ pub(super) fn summarise(
         objectives.iter().enumerate().filter_map(|(i, o)| o.means(i).ok()).collect();
     let middle = weighted_median(scores(&whole));
     let coarse = is_coarse(whole.iter().map(|m| m.weight));
-    let statistics = SummaryStatistics { middle, regime_of, regimes };
-    let Ok(mut all) = estimator.estimate_all(sample, objectives, &statistics, rng) else {
+    // Computed together: those that need scores in order sort them once.
+    let values = |points: &[PointMeans], values: &mut Vec<Option<f64>>| {
+        let in_order = sorted(scores(points));
+        values.extend([
+            mean_of_scores(points),
+            ratio_of_means(points),
+            quantile_of_sorted(&in_order, 0.5),
+            geometric_mean(scores(points)),
+            mean_of_sorted(&in_order),
+            middle.and_then(|middle| share_below(scores(points), middle)),
+        ]);
+        let mut sums = vec![(0.0, 0.0); regimes];
+        for point in points {
+            // Of a point MDP that a model predicts it is not known.
+            let regime = regime_of.get(point.point).copied().flatten();
+            if let Some((top, bottom)) = regime.and_then(|regime| sums.get_mut(regime)) {
+                *top += point.weight * point.score;
+                *bottom += point.weight;
+            }
+        }
+        values.extend(sums.into_iter().map(|(top, bottom)| (bottom > 0.0).then(|| top / bottom)));
+    };
+    let Ok(mut all) = estimator.estimate_all(sample, objectives, &(RATIO + 1, values), rng) else {
         return (None, Summaries { by_regime: vec![None; regimes], ..Summaries::default() });
     };
     let bounds = bounds(most, whole.iter().map(|m| m.method));

@@ -37,7 +37,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::quantile::{ALPHA, central, shift};
 use super::resamples::resample;
-use super::summary::{MeanOfScores, Statistics};
+use super::summary::{Statistics, only_mean};
 use super::{PointMeans, PointObjectives, Resampling, StatsError};
 
 /// Resamples of an interval; 2000 leave the ends of a 95% interval accurate to a few per cent of its
@@ -100,7 +100,7 @@ pub fn bootstrap(
     trainings: u64,
 ) -> Result<Bootstrap, StatsError> {
     let count = (trainings, RESAMPLES);
-    let mut all = bootstrap_all(points, resampling, &mut rng.clone(), count, &MeanOfScores)?;
+    let mut all = bootstrap_all(points, resampling, &mut rng.clone(), count, &only_mean())?;
     all.pop().flatten().ok_or(StatsError::Empty("the list of point MDPs with a weight"))
 }
 

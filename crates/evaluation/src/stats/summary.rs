@@ -32,18 +32,20 @@ pub trait Statistics {
     }
 }
 
-/// The mean of scores alone.
-#[derive(Debug, Clone, Copy)]
-pub struct MeanOfScores;
-
-impl Statistics for MeanOfScores {
+/// A function that appends the values, with how many of them are means.
+impl<F: Fn(&[PointMeans], &mut Vec<Option<f64>>)> Statistics for (usize, F) {
     fn values(&self, points: &[PointMeans], values: &mut Vec<Option<f64>>) {
-        values.push(mean_of_scores(points));
+        self.1(points, values);
     }
 
     fn means(&self) -> usize {
-        1
+        self.0
     }
+}
+
+/// The mean of scores alone.
+pub fn only_mean() -> impl Statistics {
+    (1, |points: &[PointMeans], values: &mut Vec<_>| values.push(mean_of_scores(points)))
 }
 
 impl Statistics for &[Statistic<'_>] {
