@@ -12,8 +12,9 @@ use geo::{BoundingRect, Contains, Coord, LineString, MultiPolygon, Orient, Polyg
 use geojson::{FeatureCollection, GeoJson, Geometry, GeometryValue, PolygonType};
 
 use super::error::OsmError;
+use super::error::malformed;
 use super::extract::Place;
-use super::features::{self, malformed};
+use super::features;
 use super::file;
 use super::geometry::{checked_place, continued};
 

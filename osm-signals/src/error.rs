@@ -76,3 +76,11 @@ pub fn shortened(text: &str, chars: usize) -> String {
         None => text.to_owned(),
     }
 }
+
+pub(super) fn malformed(
+    path: &Path,
+    place: impl Into<String>,
+    reason: impl Into<String>,
+) -> OsmError {
+    OsmError::Malformed { path: PathBuf::from(path), place: place.into(), reason: reason.into() }
+}

@@ -2,12 +2,12 @@
 //!
 //! The coordinates of some are projected; that comes with the way out.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use geojson::Position;
 use serde::de::DeserializeOwned;
 
-use super::error::{OsmError, shortened};
+use super::error::{OsmError, malformed, shortened};
 use super::extract::Place;
 use super::geometry::checked_place;
 use super::table;
@@ -40,14 +40,6 @@ pub(super) fn place(position: &Position) -> Result<Place, String> {
         [longitude, latitude, ..] => checked_place(*latitude, *longitude),
         _ => Err("a position needs longitude and latitude".to_owned()),
     }
-}
-
-pub(super) fn malformed(
-    path: &Path,
-    place: impl Into<String>,
-    reason: impl Into<String>,
-) -> OsmError {
-    OsmError::Malformed { path: PathBuf::from(path), place: place.into(), reason: reason.into() }
 }
 
 #[cfg(test)]

@@ -10,7 +10,8 @@ use calamine::{Data, ExcelDateTime, ExcelDateTimeType, Range, Reader, Xlsx};
 use geojson::{FeatureCollection, GeometryValue, JsonObject, JsonValue, Position};
 
 use super::error::OsmError;
-use super::features::{self, malformed};
+use super::error::malformed;
+use super::features;
 use super::table::PLACE;
 
 /// First bytes of workbooks, which are archives.

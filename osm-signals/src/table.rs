@@ -5,9 +5,8 @@ use std::path::Path;
 
 use sheet::{Fault, Row, Sheet};
 
-use super::error::{OsmError, brief};
+use super::error::{OsmError, brief, malformed};
 use super::extract::Place;
-use super::features::malformed;
 use super::geometry::checked_place;
 
 /// Most columns, and most usual names, that a message names.

@@ -11,7 +11,6 @@ use super::output::{Progress, line, note};
 use super::scenario::ScenarioArg;
 use super::values::at_least_one_worker;
 use crate::cli::exit::{self, refuse};
-use crate::files::quoted;
 use crate::traffic::city::counted::{CountedRequest, counted};
 use crate::traffic::city::{APPROACHES_FILE, default_folder};
 use crate::traffic::family::load::LoadedScenario;
@@ -21,9 +20,6 @@ use crate::traffic::network_files::NetworkFiles;
 use crate::traffic::problem::networks;
 use crate::traffic::turning::{self, Period};
 use crate::traffic::utdf::{Utdf, read_plans};
-
-/// Budget of the command that is suggested in the end.
-const EXAMPLE_BUDGET: usize = 20;
 
 /// `tsc-family build-networks`.
 #[derive(Debug, clap::Args)]
@@ -195,14 +191,8 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         summary.built,
         summary.up_to_date
     ))?;
-    line(next(out, specs.len(), &loaded.scenario.name))?;
+    line(osm::next(out, specs.len(), &loaded.scenario.name))?;
     Ok(exit::DONE)
-}
-
-/// Returns the command that runs a scenario's folder.
-pub(super) fn next(folder: &Path, points: usize, name: &str) -> String {
-    let budget = if points > EXAMPLE_BUDGET { EXAMPLE_BUDGET.to_string() } else { "all".into() };
-    format!("next: tsc-family run {} --budget {budget} --out results/{name}", quoted(folder))
 }
 
 /// Returns the network of a point MDP, which is built if it is missing.

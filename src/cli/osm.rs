@@ -6,16 +6,19 @@ use std::sync::Mutex;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use osm_signals::DrivingSide;
 
-use super::build_networks::next;
 use super::folder::CITY;
 use super::output::{Progress, line, note};
 use crate::cli::exit;
+use crate::files::quoted;
 use crate::settings::overrides::Override;
 use crate::traffic::city::derive::{Event, Request, derive};
 use crate::traffic::city::quality::Quality;
 use crate::traffic::report::quality::write_quality;
 use crate::traffic::settings::Detail;
 use crate::traffic::turning::Period;
+
+/// Budget of the command that is suggested in the end.
+const EXAMPLE_BUDGET: usize = 20;
 
 /// Options that only `--osm` understands.
 #[derive(Debug, clap::Args)]
@@ -103,6 +106,12 @@ pub(super) fn run(
     let name = &derived.loaded.scenario.name;
     line(next(out, points, name))?;
     Ok(exit::DONE)
+}
+
+/// Returns the command that runs a scenario's folder.
+pub(super) fn next(folder: &Path, points: usize, name: &str) -> String {
+    let budget = if points > EXAMPLE_BUDGET { EXAMPLE_BUDGET.to_string() } else { "all".into() };
+    format!("next: tsc-family run {} --budget {budget} --out results/{name}", quoted(folder))
 }
 
 /// What is said while a city is derived.

@@ -1,6 +1,6 @@
 //! `tsc-family run`: plan, networks, workers, summary.
 
-mod arguments;
+pub(super) mod arguments;
 mod begun;
 mod looks;
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::folder::NETWORKS;
 use super::output::note;
-use super::run::RunArgs;
+use super::run::arguments::RunArgs;
 use super::scenario::DEFAULT_SCENARIO;
 use crate::domains;
 use crate::run::domain::{Domain, Problem};

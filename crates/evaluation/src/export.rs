@@ -63,7 +63,11 @@ pub fn export(
     let results = Results::load_all(layout)?;
     let (done, tasks) = (results.done().count(), results.plan().len());
     if format == Format::Packed {
-        return Ok((pack(layout, &results, to)?, done, tasks));
+        return Ok((
+            pack(layout, &results.manifest, results.done().map(|row| row.1), to)?,
+            done,
+            tasks,
+        ));
     }
     // Of a sample that grows, only what the report is of has weights.
     let reported = results.clone().so_far();

@@ -9,7 +9,7 @@
 
 use minijinja::{Value, context};
 
-use super::plans::TaskPlan;
+use super::shown::TaskPlan;
 use super::shown::{OfTask, Seen};
 use evaluation::report::svg::{Anchor, Axes, Canvas, TextStyle, nice_step};
 use evaluation::report::table::{Cell, Columns};

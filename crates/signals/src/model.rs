@@ -14,7 +14,7 @@ use evaluation::run::RunError;
 use evaluation::run::method::{Method, Training, find};
 use evaluation::run::model::SavedModel;
 use evaluation::settings::overrides::Override;
-use evaluation::store::difference::{differing, flat};
+use evaluation::store::own::{differing, flat};
 
 /// Entry of a card with the method that one of somebody's own is but for what it sees or is paid for.
 pub(crate) const BUILT_ON: &str = "built_on";

@@ -7,9 +7,10 @@ use geojson::feature::Id;
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonValue, LineStringType};
 
 use super::{Counted, DIRECTION, Found, Shape, YEAR, choose, direction, is_separated, usable};
+use crate::error::malformed;
 use crate::error::{OsmError, brief};
 use crate::extract::Place;
-use crate::features::{self, malformed};
+use crate::features;
 use crate::oddities::Oddities;
 
 /// Usual names of a property with the id, where a feature has none of its own.

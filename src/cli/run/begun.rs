@@ -12,7 +12,7 @@ use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::{Identity, Manifest};
 
-use super::RunArgs;
+use super::arguments::RunArgs;
 
 /// A run that is there, of the scenario that is asked for.
 pub(super) struct Begun {

@@ -5,7 +5,8 @@
 
 use rayon::prelude::*;
 
-use super::board::{AnalysisError, Board};
+use super::board::Board;
+use super::reference::AnalysisError;
 use super::whole::Analysis;
 use crate::stats::Direction;
 use crate::stats::score::mean;

@@ -1,17 +1,9 @@
 //! The scores of some methods on the point MDPs that all of them have, as a table: what rankings under other
 //! importance, and across families, are computed from.
 
+use super::reference::{AnalysisError, position};
 use super::whole::Analysis;
 use crate::stats::Direction;
-use basics::suggest::did_you_mean;
-
-/// Why results cannot be analysed as asked, with the way out.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct AnalysisError(pub(super) String);
-
-/// Most names that a message lists.
-const LISTED: usize = 12;
 
 /// The scores of some methods on the point MDPs that all of them have.
 #[derive(Debug, Clone, PartialEq)]
@@ -124,24 +116,6 @@ pub(super) fn ranks(values: &[f64], direction: Direction) -> Vec<f64> {
         better as f64 + (like as f64 + 1.0) / 2.0
     };
     values.iter().map(rank).collect()
-}
-
-/// Returns the position of a name.
-pub(super) fn position<'a>(
-    what: &str,
-    name: &str,
-    all: impl Iterator<Item = &'a str> + Clone,
-) -> Result<usize, AnalysisError> {
-    all.clone().position(|other| other == name).ok_or_else(|| {
-        let meant = did_you_mean(name, all.clone());
-        let there: Vec<&str> = all.clone().take(LISTED).collect();
-        let more = all.count() - there.len();
-        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-        let there = there.join(", ");
-        AnalysisError(format!(
-            "there is no {what} `{name}` in the results{meant}; there are: {there}{more}"
-        ))
-    })
 }
 
 #[cfg(test)]

@@ -14,11 +14,11 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::board::AnalysisError;
+use super::reference::AnalysisError;
 use super::training::learned;
-use crate::store::difference::{differing, flat};
 use crate::store::manifest::{Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::own::OwnMethod;
+use crate::store::own::{differing, flat};
 use crate::store::record::{Metrics, Record};
 use crate::store::results::Results;
 

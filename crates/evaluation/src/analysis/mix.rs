@@ -11,12 +11,12 @@
 //! Source: B. Efron and C. Stein, "The jackknife estimate of variance", Annals of Statistics 9 (1981); W. Hoeffding, "A
 //! class of statistics with asymptotically normal distribution", Annals of Mathematical Statistics 19 (1948).
 
-use super::board::{AnalysisError, position};
 use super::choice::{choice, weights};
 use super::estimator::{Estimate, Sample};
 use super::measures::NoMeasures;
 use super::method::{MethodSummary, paired};
 use super::points::{Evidence, PointSummary};
+use super::reference::{AnalysisError, position};
 use super::summaries::{Estimated, bounds};
 use super::whole::Analysis;
 use crate::stats::score::{mean, weighted_mean};

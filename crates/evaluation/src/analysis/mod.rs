@@ -25,13 +25,13 @@ mod whole;
 mod winners;
 
 pub use crate::store::figures::{LAST_EPISODES, RETURN};
-pub use board::{AnalysisError, Board};
+pub use board::Board;
 pub use comparison::{Comparison, Decided, FEWEST_SEEDS_FOR_PLACES, Pair};
 pub use measures::{Measures, NoMeasures, Regime, Share};
 pub use method::MethodSummary;
 pub use mix::{Mix, MixPoint};
 pub use points::{EpisodeSummary, PointResult, PointSummary, TaskScore};
-pub use reference::{Reference, check_name, noun, unit};
+pub use reference::{AnalysisError, Reference, check_name, noun, unit};
 pub use summaries::{Estimated, Summaries};
 pub use training::{LOSS, LearnerSummary, SMOOTHED_OVER, TrainingSummary};
 pub use whole::{Analysis, Standing};

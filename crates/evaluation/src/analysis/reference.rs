@@ -3,10 +3,10 @@
 
 use std::collections::HashSet;
 
-use super::board::{AnalysisError, position};
 use crate::store::manifest::{Identity, Task};
 use crate::store::record::{Outcome, Record};
 use crate::store::results::Results;
+use basics::suggest::did_you_mean;
 
 /// Point MDPs that a refusal names.
 const NAMED_POINTS: usize = 3;
@@ -21,6 +21,14 @@ const UNITS: [(&str, &str); 7] = [
     ("kmh", "km/h"),
     ("rad", "rad"),
 ];
+
+/// Why results cannot be analysed as asked, with the way out.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct AnalysisError(pub(super) String);
+
+/// Most names that a message lists.
+const LISTED: usize = 12;
 
 /// What scores are divided by.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -108,6 +116,24 @@ pub fn unit(metric: &str) -> &'static str {
 fn split(metric: &str) -> Option<(&str, &'static str)> {
     let (stem, suffix) = metric.rsplit_once('_')?;
     UNITS.iter().find(|(name, _)| *name == suffix).map(|(_, unit)| (stem, *unit))
+}
+
+/// Returns the position of a name.
+pub(super) fn position<'a>(
+    what: &str,
+    name: &str,
+    all: impl Iterator<Item = &'a str> + Clone,
+) -> Result<usize, AnalysisError> {
+    all.clone().position(|other| other == name).ok_or_else(|| {
+        let meant = did_you_mean(name, all.clone());
+        let there: Vec<&str> = all.clone().take(LISTED).collect();
+        let more = all.count() - there.len();
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let there = there.join(", ");
+        AnalysisError(format!(
+            "there is no {what} `{name}` in the results{meant}; there are: {there}{more}"
+        ))
+    })
 }
 
 #[cfg(test)]

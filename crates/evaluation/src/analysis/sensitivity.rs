@@ -8,7 +8,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, Gamma};
 
-use super::board::{AnalysisError, Board, position, ranks};
+use super::board::{Board, ranks};
+use super::reference::{AnalysisError, position};
 use super::whole::Analysis;
 use crate::stats::quantile::{ALPHA, central};
 use basics::seed::derive;

@@ -3,7 +3,6 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use super::board::{AnalysisError, position};
 use super::choice::choice;
 use super::comparison::{Comparison, Decided, Pair, compare};
 use super::estimator::{Estimator, estimator_of};
@@ -11,6 +10,7 @@ use super::measures::{Measures, Regime, Share};
 use super::method::{MethodSummary, on_common_points, rank};
 use super::points::{Evidence, PointResult, PointSummary, TaskScore, episodes, summarise_points};
 use super::reference::Reference;
+use super::reference::{AnalysisError, position};
 use super::training::{LearnerSummary, TrainingSummary, learned, learner, trained, trainings};
 use super::winners::{Winner, winners};
 use crate::sample::Design;

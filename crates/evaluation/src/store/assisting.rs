@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value};
 
-use super::difference;
+use super::own::{self, flat};
 
 /// Section that only methods that learn read.
 pub const TRAINING: &str = "training";
@@ -41,9 +41,9 @@ pub fn kept(settings: &Value, methods: &[&str], inputs: &[&str]) -> Value {
 /// * `there` — from [`kept`].
 /// * `here` — all settings of the run on the sample.
 pub fn differing(there: &Value, here: &Value) -> Vec<String> {
-    let (there, here) = (difference::flat(there), difference::flat(here));
+    let (there, here) = (flat(there), flat(here));
     let known: BTreeSet<&str> = there.keys().map(|key| section(key)).collect();
-    let differing = difference::differing(&there, &here).into_iter();
+    let differing = own::differing(&there, &here).into_iter();
     differing.filter(|key| known.contains(section(key))).cloned().collect()
 }
 
@@ -51,7 +51,7 @@ pub fn differing(there: &Value, here: &Value) -> Vec<String> {
 /// of [`differing`].
 pub fn differences(there: &Value, here: &Value) -> Option<String> {
     let keys = differing(there, here);
-    let (there, here) = (difference::flat(there), difference::flat(here));
+    let (there, here) = (flat(there), flat(here));
     let said = |value: Option<&Value>| value.map_or_else(|| "nothing".to_owned(), Value::to_string);
     let both = |key: &String| {
         format!("{key} = {} there, {} here", said(there.get(key)), said(here.get(key)))

@@ -1,10 +1,11 @@
 //! What makes one run another one: what people give comes before the files and hashes that follow from it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
 use super::manifest::{Identity, PointRow};
+use super::own::{differing, flat};
 
 /// Most differences that are named.
 const NAMED: usize = 3;
@@ -56,35 +57,6 @@ pub fn between(there: &Identity, now: &Identity) -> Option<String> {
         named.push(format!("and {} more", differ.len() - NAMED));
     }
     Some(named.join(", "))
-}
-
-/// Returns the names, in their order, whose values differ or which only one of two has: a setting at its default may be left out.
-pub fn differing<'a>(
-    there: &'a BTreeMap<String, Value>,
-    now: &'a BTreeMap<String, Value>,
-) -> Vec<&'a String> {
-    let keys: BTreeSet<&String> = there.keys().chain(now.keys()).collect();
-    keys.into_iter().filter(|key| there.get(*key) != now.get(*key)).collect()
-}
-
-/// Returns the values of a tree by their dotted names.
-pub fn flat(value: &Value) -> BTreeMap<String, Value> {
-    fn gather(above: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
-        match value {
-            Value::Object(inner) => {
-                for (key, value) in inner {
-                    let dot = if above.is_empty() { "" } else { "." };
-                    gather(&format!("{above}{dot}{key}"), value, into);
-                }
-            }
-            _ => {
-                into.insert(above.to_owned(), value.clone());
-            }
-        }
-    }
-    let mut values = BTreeMap::new();
-    gather("", value, &mut values);
-    values
 }
 
 fn shortened(text: &str) -> String {

@@ -1,11 +1,9 @@
 //! Methods that a run was given beside those of its domain: what they consist of, so that a changed one is another run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-
-use super::difference::{differing, flat};
 
 /// What a method of somebody's own is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -95,6 +93,35 @@ impl OwnMethod {
         };
         Some(format!("controller {name}: {key} is {} there and {} now", said(&there), said(&now)))
     }
+}
+
+/// Returns the names, in their order, whose values differ or which only one of two has: a setting at its default may be left out.
+pub fn differing<'a>(
+    there: &'a BTreeMap<String, Value>,
+    now: &'a BTreeMap<String, Value>,
+) -> Vec<&'a String> {
+    let keys: BTreeSet<&String> = there.keys().chain(now.keys()).collect();
+    keys.into_iter().filter(|key| there.get(*key) != now.get(*key)).collect()
+}
+
+/// Returns the values of a tree by their dotted names.
+pub fn flat(value: &Value) -> BTreeMap<String, Value> {
+    fn gather(above: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
+        match value {
+            Value::Object(inner) => {
+                for (key, value) in inner {
+                    let dot = if above.is_empty() { "" } else { "." };
+                    gather(&format!("{above}{dot}{key}"), value, into);
+                }
+            }
+            _ => {
+                into.insert(above.to_owned(), value.clone());
+            }
+        }
+    }
+    let mut values = BTreeMap::new();
+    gather("", value, &mut values);
+    values
 }
 
 #[cfg(test)]

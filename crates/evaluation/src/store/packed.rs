@@ -19,7 +19,6 @@ use super::Layout;
 use super::manifest::{Manifest, Task};
 use super::opaque::Opaque;
 use super::record::{Metrics, Outcome, Record, Row, RowKind, Summary, Trained, mean_metrics};
-use super::results::Results;
 use super::wall::Wall;
 use crate::store::error::{Remedy, StoreError};
 use basics::files::{self, FileError, limits, make_folder_beneath, replace, write_atomically};
@@ -167,7 +166,12 @@ impl PackedRecord {
 }
 
 /// Packs a run into a file, which is either as before or complete; returns how many episodes it has.
-pub fn pack(layout: &Layout, results: &Results, to: &Path) -> Result<usize, StoreError> {
+pub fn pack<'a>(
+    layout: &Layout,
+    manifest: &Manifest,
+    records: impl Iterator<Item = &'a Record>,
+    to: &Path,
+) -> Result<usize, StoreError> {
     let mut documents = BTreeMap::new();
     for name in DOCUMENTS {
         let text = layout.document(name)?.map(String::from_utf8).transpose();
@@ -176,8 +180,8 @@ pub fn pack(layout: &Layout, results: &Results, to: &Path) -> Result<usize, Stor
     }
     let mut lines = vec![serde_json::to_string(&documents)];
     let mut episodes = 0;
-    for (_, record) in results.done() {
-        let packed = PackedRecord::of(record, &results.manifest);
+    for record in records {
+        let packed = PackedRecord::of(record, manifest);
         episodes += packed.rows.len();
         lines.push(serde_json::to_string(&packed));
     }
@@ -234,10 +238,16 @@ mod tests {
     use crate::run::testing::with_request;
     use crate::stats::Direction;
     use crate::store::record::TaskResult;
+    use crate::store::results::Results;
 
     fn row(kind: RowKind, episode: u32) -> Row {
         let metrics = Metrics::from([("score".to_owned(), 0.5), ("return".to_owned(), 1.25)]);
         Row { kind, episode, seed: 7, metrics }
+    }
+
+    fn repack(results: &Results, layout: &Layout) {
+        let records = results.done().map(|row| row.1);
+        pack(layout, &results.manifest, records, &layout.packed()).unwrap();
     }
 
     /// Packs a run with a record per task, whose last task failed, into a folder of its own.
@@ -256,7 +266,7 @@ mod tests {
         }
         Record::failed(last, &sha256, "it fell".into(), Wall::default()).commit(&layout).unwrap();
         let before = Results::load(&layout).unwrap();
-        pack(&layout, &before, &layout.packed()).unwrap();
+        repack(&before, &layout);
         fs::remove_dir_all(layout.root().join("done")).unwrap();
         fs::remove_file(layout.manifest()).unwrap();
         let bytes = fs::read(layout.packed()).unwrap();
@@ -281,7 +291,7 @@ mod tests {
         }
         unpack(&layout).unwrap();
         assert!(!is_packed(&layout) && read() == after);
-        pack(&layout, &read(), &layout.packed()).unwrap();
+        repack(&read(), &layout);
         assert!(fs::read(layout.packed()).unwrap() == bytes);
     }
 

@@ -7,12 +7,9 @@
 //!   they may be another node's of the same controller. They keep a walk if column `PED` names them: then they are for
 //!   pedestrians alone.
 
-use std::collections::BTreeMap;
-
-use osm_signals::Turn;
 use sheet::Fault;
 
-use super::streets::{HALF_WALK, Stop};
+use super::streets::{HALF_WALK, Names, Stop};
 use super::{Cell, Utdf};
 use crate::existing::table::{EXTENSION_S, SHORT_GREEN_S};
 use crate::existing::{Control, ExistingPlan, PlanPhase, Recall};
@@ -30,9 +27,6 @@ pub(super) const MOST_OF_MOVEMENT: usize = 4;
 
 /// Column of the phases that are for pedestrians alone.
 pub(super) const PEOPLE: &str = "PED";
-
-/// Names of the movements of a signal by the columns of its lane groups; none of those that lead nowhere.
-pub(super) type Names = BTreeMap<String, (Heading, Turn)>;
 
 impl Utdf {
     /// Returns the plan of a signal; `None` where the file has no phases of it.

@@ -19,7 +19,6 @@ use osm_signals::intersections::MAX_LANES;
 use osm_signals::turn::exits_on;
 use sheet::Fault;
 
-use super::plans::Names;
 use super::{Cell, Node, START, Utdf};
 
 use crate::existing::{NamedPlan, Plans};
@@ -67,6 +66,9 @@ pub(super) const NO_PLAN: &str = "plans that cannot be simulated are left out";
 /// What is said of phases with half a walk.
 pub(super) const HALF_WALK: &str =
     "phases that have only one of Walk and DontWalk get no walk; give both, or none";
+
+/// Names of the movements of a signal by the columns of its lane groups; none of those that lead nowhere.
+pub(super) type Names = BTreeMap<String, (Heading, Turn)>;
 
 /// Most bends that a street goes through.
 const MOST_BENDS: usize = 20;
