@@ -1,10 +1,14 @@
 //! What was published stays readable, whatever becomes of the formats: every run below `results/`.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::common::{run, stderr, stdout, succeed};
 use crate::nightly::is_nightly;
+
+/// What a browser opens at once.
+const MOST_BYTES: usize = 2_000_000;
 
 fn published() -> Vec<PathBuf> {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
@@ -42,7 +46,16 @@ fn every_published_run_is_sound_and_reported() {
         let expected = if whole["missing"] == 0 { 0 } else { 6 };
         assert_eq!(output.status.code(), Some(expected), "{}: {said}", path.display());
         succeed(folder.path(), &format!("report {number}"));
-        assert!(to.join("report/index.html").exists(), "{}", path.display());
+        let page = fs::read_to_string(to.join("report/index.html")).unwrap();
+        assert!(page.len() < MOST_BYTES, "{}: {} bytes", path.display(), page.len());
+        let numbers = |before: &str| -> BTreeSet<String> {
+            let rest = page.split(before).skip(1);
+            rest.filter_map(|r| r.split('"').next()).map(str::to_owned).collect()
+        };
+        let (rows, dots) = (numbers("<tr id=\"row-"), numbers("<g class=\"tt\" id=\"dot-"));
+        let has_map = path.iter().any(|part| part == "salt-lake-city");
+        let linked = if has_map { rows } else { BTreeSet::new() };
+        assert_eq!([&dots, &numbers("href=\"#dot-"), &numbers("data-row=\"row-")], [&linked; 3]);
         if whole["missing"] == 0 && whole["failed"] == 0 {
             let estimate =
                 format!("estimate {number} --budgets 10 --repeats 2 --out {number}/estimate");
