@@ -185,7 +185,7 @@ impl Simulation {
             }
             self.phases[i] = GreenPhase(*phase);
         }
-        Ok(self.env.step(&self.phases).map_err(raised)?)
+        self.env.step(&self.phases).map_err(raised)
     }
 
     /// The green that a signal shows or changes to.
