@@ -147,12 +147,16 @@ fn not_loaded(intake: &Intake, message: &str) -> Obstacle {
 
     let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
     let is_above = SAID_BEFORE.contains(&message.as_str());
-    let message = if is_above { "its reason is above" } else { message.as_str() };
-    let reason = format!("SUMO cannot load it: {message}");
     let mut files = intake.sources.files.iter().map(|file| &file.scanned.newer_classes);
     let has_newer = files.any(|classes| !classes.is_empty());
     let accept = Accept::NewerClasses;
     let accept = (has_newer && !intake.given.accept.contains(&accept)).then_some(accept);
+    let message = match (is_above, accept) {
+        (true, Some(_)) => "its reason is above, and may be a vehicle class of a newer SUMO",
+        (true, None) => "its reason is above",
+        (false, _) => message.as_str(),
+    };
+    let reason = format!("SUMO cannot load it: {message}");
     Obstacle::new(intake.path.display().to_string(), reason, accept)
 }
 
