@@ -19,6 +19,9 @@ const DEBIAN_MODULE: &str = "_libsumo.cpython-";
 /// A function of libsumo whose texts are laid out as before C++11, as in the wheel of SUMO 1.15.
 const OLD_TEXTS: &[u8] = b"_ZN7libsumo10Simulation5closeERKSs";
 
+/// Value of SUMO_LIB_DIR that asks for a build without SUMO.
+const WITHOUT: &str = "none";
+
 /// A libsumo that can be linked to.
 struct Found {
     /// `custom`, `eclipse-sumo` or `debian`.
@@ -36,6 +39,9 @@ fn main() {
     println!("cargo:rerun-if-changed=csrc");
     println!("cargo:rerun-if-changed=src/stamp.rs");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    if env::var_os("SUMO_LIB_DIR").is_some_and(|folder| folder == WITHOUT) {
+        return without(&out);
+    }
     let found = custom().or_else(wheel).or_else(debian).unwrap_or_else(|| {
         panic!(
             "libsumo was not found. There are three ways out:\n\
@@ -44,7 +50,7 @@ fn main() {
              site-packages, which has `include` and `lib64/{LIBRARY}`;\n\
              3. set SUMO_INCLUDE_DIR to the folder above `libsumo/libsumo.h` and SUMO_LIB_DIR to \
              the folder of {LIBRARY}.\n\
-             Or build without SUMO: `cargo build --no-default-features`."
+             With SUMO_LIB_DIR={WITHOUT} a program is built that cannot simulate traffic."
         )
     });
     // The folder of the library becomes the shim's run path, which must not be relative.
@@ -61,7 +67,26 @@ fn main() {
     println!("cargo:rustc-env=LIBSUMO_VERSION={}", version(&bytes).unwrap_or_default());
     println!("cargo:rustc-env=LIBSUMO_STAMP={}", stamp(&found.library).unwrap_or_default());
     compile_shim(&found, &out.join("libtscsumo.so"));
-    declare(&found, &out);
+    let header = found.include.join("libsumo/TraCIConstants.h");
+    let header = fs::read_to_string(&header)
+        .unwrap_or_else(|e| panic!("cannot read {}: {e}", header.display()));
+    let constant = |name: &str| {
+        let value =
+            header.split_once(&format!("int {name} = ")).and_then(|(_, v)| v.split_once(';'));
+        let (value, _) = value.unwrap_or_else(|| panic!("TraCIConstants.h lacks {name}"));
+        format!("pub const {name}: i32 = {value};\n")
+    };
+    declare(constant, &out);
+}
+
+/// Embeds a shim that cannot be loaded.
+fn without(out: &Path) {
+    for name in ["KIND", "INCLUDE", "LIBRARY", "VERSION", "STAMP"] {
+        println!("cargo:rustc-env=LIBSUMO_{name}={WITHOUT}");
+    }
+    fs::write(out.join("libtscsumo.so"), "").expect("OUT_DIR can be written");
+    // Any numbers that differ.
+    declare(|name| format!("pub const {name}: i32 = {};\n", name.len()), out);
 }
 
 /// Returns what SUMO_INCLUDE_DIR and SUMO_LIB_DIR name; being explicit, they must be right.
@@ -180,20 +205,12 @@ fn compile_shim(found: &Found, shim: &Path) {
 }
 
 /// Writes the Rust declarations of the shim and of the constants that are used with it.
-fn declare(found: &Found, out: &Path) {
+fn declare(constant: impl Fn(&str) -> String, out: &Path) {
     let shim = fs::read_to_string("csrc/shim.h").expect("the shim has a header");
     fs::write(out.join("shim.rs"), declarations(&shim)).expect("OUT_DIR can be written");
-    let header = found.include.join("libsumo/TraCIConstants.h");
-    let header = fs::read_to_string(&header)
-        .unwrap_or_else(|e| panic!("cannot read {}: {e}", header.display()));
     let constants = ["TRACI_VERSION", "TRAFFICLIGHT_TYPE_STATIC", "TRAFFICLIGHT_TYPE_ACTUATED"];
-    let constants = constants.map(|name| {
-        let value =
-            header.split_once(&format!("int {name} = ")).and_then(|(_, v)| v.split_once(';'));
-        let (value, _) = value.unwrap_or_else(|| panic!("TraCIConstants.h lacks {name}"));
-        format!("pub const {name}: i32 = {value};\n")
-    });
-    fs::write(out.join("constants.rs"), constants.concat()).expect("OUT_DIR can be written");
+    let constants = constants.map(constant).concat();
+    fs::write(out.join("constants.rs"), constants).expect("OUT_DIR can be written");
 }
 
 /// Returns in Rust what `shim.h` declares, and a type that loads its functions. The header keeps to `#define`s of numbers,

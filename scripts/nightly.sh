@@ -11,7 +11,6 @@ step "tests: all mutations of the readers, all published runs, the commands on t
 NIGHTLY=1 make test
 step "formatting, clippy, docs; clippy of the program without SUMO"
 make check
-cargo clippy --package tsc-family --profile quick --no-default-features -- -D warnings
 step "licences, sources and advisories of crates"
 scripts/deny.sh
 step "interquartile mean, probability of improvement and profiles against rliable"

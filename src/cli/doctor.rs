@@ -91,7 +91,6 @@ fn number(text: &str) -> String {
     text[start..].chars().take_while(|c| c.is_ascii_digit() || *c == '.').collect()
 }
 
-#[cfg(feature = "libsumo")]
 fn simulator(problems: &mut Vec<String>) -> (String, Option<String>) {
     use crate::traffic::sim::libsumo::{INCLUDE_DIR, KIND, LIBRARY, SumoSim, library};
 
@@ -104,16 +103,6 @@ fn simulator(problems: &mut Vec<String>) -> (String, Option<String>) {
     };
     let version = SumoSim::new().and_then(|sim| sim.version());
     (linked, version.map_err(|e| problems.push(e.to_string())).ok())
-}
-
-#[cfg(not(feature = "libsumo"))]
-fn simulator(problems: &mut Vec<String>) -> (String, Option<String>) {
-    problems.push(
-        "built without the feature `libsumo`, so nothing can be simulated; build with default \
-         features"
-            .to_owned(),
-    );
-    ("none".to_owned(), None)
 }
 
 #[cfg(test)]

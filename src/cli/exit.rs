@@ -148,8 +148,7 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             | SimError::NoVehicles(_)
             | SimError::Config { .. }
             | SimError::Obstacles(_)
-            | SimError::NoConfig(_)
-            | SimError::Missing(_) => USAGE,
+            | SimError::NoConfig(_) => USAGE,
             _ => UNEXPECTED,
         }
     }

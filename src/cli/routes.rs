@@ -205,7 +205,6 @@ fn compare(record: &Record, seed: u64, metrics: &Metrics) {
     }
 }
 
-#[cfg(feature = "libsumo")]
 fn play(
     layout: &Layout,
     (identity, point, prepared): (&Identity, &PointRow, &Path),
@@ -219,15 +218,4 @@ fn play(
     let scratch = super::temporary_folder()?;
     let site = Site { settings: &identity.settings, point, prepared, scratch: scratch.path() };
     Ok(replay(SumoSim::new()?, layout, &site, summary, seed)?)
-}
-
-#[cfg(not(feature = "libsumo"))]
-fn play(
-    _: &Layout,
-    _: (&Identity, &PointRow, &Path),
-    _: &Summary,
-    _: u64,
-) -> anyhow::Result<(Metrics, Vec<SignalProgram>)> {
-    Err(crate::traffic::sim::SimError::Unavailable("built without the feature `libsumo`".into())
-        .into())
 }

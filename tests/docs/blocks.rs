@@ -28,10 +28,6 @@ pub(crate) enum Kind {
 }
 
 #[derive(Debug, Clone)]
-#[cfg_attr(
-    not(feature = "libsumo"),
-    expect(dead_code, reason = "without a simulator nothing is executed")
-)]
 pub(crate) struct Block {
     pub(crate) text: String,
     pub(crate) kind: Kind,

@@ -7,7 +7,6 @@ mod circles;
 #[path = "../common/nightly.rs"]
 mod nightly;
 mod pages;
-#[cfg(feature = "libsumo")]
 mod play;
 mod settings_page;
 mod snippets;

@@ -27,7 +27,7 @@ fn a_failure_is_an_error_and_the_process_can_simulate_again() {
     sim.close().unwrap();
 
     let missing = StartOptions { config: PathBuf::from("/missing.sumocfg"), ..good.clone() };
-    assert!(matches!(sim.start(&missing), Err(SimError::Missing(path)) if path == missing.config));
+    assert!(matches!(sim.start(&missing), Err(SimError::NoConfig(path)) if path == missing.config));
     let mut wrong_option = good.clone();
     wrong_option.args.push("--no-such-option".to_owned());
     let mut prints_only = good.clone();

@@ -1,5 +1,4 @@
 //! SUMO within this process: what is seen and set, and what it really shows. One simulation at a time.
-#![cfg(feature = "libsumo")]
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::sync::{Mutex, MutexGuard, PoisonError};

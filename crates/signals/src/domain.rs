@@ -21,7 +21,6 @@ use super::own::{Create, Own, Play};
 use super::settings::Scenario;
 use super::settings::failure;
 use super::sim::Sim;
-#[cfg(feature = "libsumo")]
 use super::sim::libsumo::SumoSim;
 use super::sim::net_file::signals_in;
 use super::trial::{DELAY, SignalTrial, VEHICLES};
@@ -121,10 +120,6 @@ impl Traffic {
     }
 
     /// Returns a trial in a world.
-    #[cfg_attr(
-        not(feature = "libsumo"),
-        expect(dead_code, reason = "without a simulator no trial begins")
-    )]
     fn in_world<S: Sim + 'static>(
         &self,
         sim: S,
@@ -187,14 +182,7 @@ impl Domain for Traffic {
         let scenario = scenario_of(site.settings).map_err(|e| TrialError::Input(e.into()))?;
         let own = method == program::METHOD.name;
         let world = planned_world(site.point, site.prepared, own, method)?;
-        #[cfg(feature = "libsumo")]
-        return self.in_world(SumoSim::new()?, world, &scenario, site, method, seed);
-        #[cfg(not(feature = "libsumo"))]
-        {
-            let _ = (world, scenario, method, seed);
-            let reason = "built without the feature `libsumo`".to_owned();
-            Err(super::sim::SimError::Unavailable(reason).into())
-        }
+        self.in_world(SumoSim::new()?, world, &scenario, site, method, seed)
     }
 
     /// SUMO takes a colon in the name of an output for a port to connect to, a comma in the name of an input for the end of

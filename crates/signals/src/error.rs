@@ -98,8 +98,7 @@ impl From<SimError> for TrialError {
             | SimError::NoVehicles(_)
             | SimError::Config { .. }
             | SimError::Obstacles(_)
-            | SimError::NoConfig(_)
-            | SimError::Missing(_) => Self::Input(error.into()),
+            | SimError::NoConfig(_) => Self::Input(error.into()),
             _ => Self::Failed(error.into()),
         }
     }

@@ -2,21 +2,25 @@
 
 use std::collections::BTreeMap;
 
-use super::env::derive::DerivedSignal;
+use super::env::derive::{DerivedSignal, derive};
+use super::env::on_red::OnRed;
+use super::env::side::{as_right_hand, driving_side};
 use super::env::warnings::{Warning, of_signals, warnings};
+use super::env::world::as_arguments;
 use super::settings::SignalSettings;
 use super::sim::intake::Intake;
+use super::sim::libsumo::{SWITCHED_OFF, SumoSim};
 pub use super::sim::net_file::signals_in;
-use super::sim::obstacle::Obstacle;
+use super::sim::obstacle::{Accept, Obstacle};
+use super::sim::sources::copy;
 use super::sim::topology::Topology;
-use super::sim::{Scene, SimError};
+use super::sim::{Scene, Sim, SimError, StartOptions};
+use basics::files::FileError;
 
 /// What SUMO 1.15 says where it has written its reason to standard error.
-#[cfg(feature = "libsumo")]
 const SAID_BEFORE: [&str; 3] = ["Process Error", "Could not parse commandline options.", ""];
 
 /// What is wrong with a signal that is off at the start of a scenario whose programs change by the clock.
-#[cfg(feature = "libsumo")]
 const OFF_AT_START: &str = "the program that runs at the start never shows green to cars, and a <WAUT> may switch to another \
                             one later; pass --begin with the time of that switch, or remove the <WAUT>";
 
@@ -74,20 +78,10 @@ pub fn examine(
 /// Loads a scenario, in whose files nothing is in the way that no option passes, and derives its signals; returns what
 /// is in the way of that.
 /// Fails with [`SimError`] when SUMO cannot be used.
-#[cfg(feature = "libsumo")]
 pub fn load(
     intake: &Intake,
     settings: &SignalSettings,
 ) -> Result<Result<Loaded, Vec<Obstacle>>, SimError> {
-    use super::env::derive::derive;
-    use super::env::on_red::OnRed;
-    use super::env::side::{as_right_hand, driving_side};
-    use super::env::world::as_arguments;
-    use super::sim::libsumo::{SWITCHED_OFF, SumoSim};
-    use super::sim::sources::copy;
-    use super::sim::{Sim, StartOptions};
-    use basics::files::FileError;
-
     let folder = tempfile::tempdir().map_err(FileError::at("create", &std::env::temp_dir()))?;
     let copies = copy(&intake.config, &intake.sources, &folder.path().join("copies"), true)?;
     let step_s = 1.0 / f64::from(intake.steps_per_second);
@@ -141,10 +135,7 @@ pub fn load(
 }
 
 /// Says why SUMO cannot load a scenario.
-#[cfg(feature = "libsumo")]
 fn not_loaded(intake: &Intake, message: &str) -> Obstacle {
-    use super::sim::obstacle::Accept;
-
     let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
     let is_above = SAID_BEFORE.contains(&message.as_str());
     let mut files = intake.sources.files.iter().map(|file| &file.scanned.newer_classes);
@@ -160,23 +151,8 @@ fn not_loaded(intake: &Intake, message: &str) -> Obstacle {
     Obstacle::new(intake.path.display().to_string(), reason, accept)
 }
 
-/// Loads a SUMO scenario, which this build cannot.
-/// Fails with [`SimError::Unavailable`].
-#[cfg(not(feature = "libsumo"))]
-pub fn load(_: &Intake, _: &SignalSettings) -> Result<Result<Loaded, Vec<Obstacle>>, SimError> {
-    Err(SimError::Unavailable("built without the feature `libsumo`".into()))
-}
-
 /// Returns the simulator's version.
 /// Fails with [`SimError::Unavailable`] when it is missing.
-#[cfg(feature = "libsumo")]
 pub fn version() -> Result<String, SimError> {
-    super::sim::libsumo::SumoSim::version_unloaded()
-}
-
-/// Returns the simulator's version, which this build cannot have.
-/// Fails with [`SimError::Unavailable`].
-#[cfg(not(feature = "libsumo"))]
-pub fn version() -> Result<String, SimError> {
-    Err(SimError::Unavailable("built without the feature `libsumo`".into()))
+    SumoSim::version_unloaded()
 }

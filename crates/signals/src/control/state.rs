@@ -169,21 +169,13 @@ mod tests {
     }
 
     #[test]
-    fn every_phase_is_marked_however_few_the_lanes() {
+    fn a_phase_beyond_the_lanes_is_marked_in_a_row_of_its_own() {
         let mut signal = two_phase_signal();
-        while signal.phases.len() < 6 {
-            signal.phases.push(signal.phases[0].clone());
-        }
-        let mut states = Vec::new();
-        for phase in 0..6 {
-            let mut state = Vec::new();
-            lanes(&signal, &Observation { phase, ..seen() }, &mut state);
-            assert_eq!(state.len(), 6 * LANE_WIDTH);
-            let marks: Vec<f32> = state.iter().step_by(LANE_WIDTH).copied().collect();
-            assert_eq!((marks[phase], marks.iter().sum::<f32>()), (1.0, 1.0));
-            states.push(state);
-        }
-        assert!((0..6).all(|i| (0..i).all(|j| states[i] != states[j])));
+        signal.phases = vec![signal.phases[0].clone(); 6];
+        let mut state = Vec::new();
+        lanes(&signal, &Observation { phase: 4, ..seen() }, &mut state);
+        let marks: Vec<f32> = state.iter().step_by(LANE_WIDTH).copied().collect();
+        assert_eq!(marks, [0.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
     }
 
     #[test]

@@ -1,7 +1,5 @@
 //! What of a derived signal changes results; nothing of it keeps a run from starting.
 
-use std::mem::discriminant;
-
 use serde::Serialize;
 
 use crate::sim::ProgramKind;
@@ -13,45 +11,24 @@ use super::derive::DerivedSignal;
 /// vehicles.
 const SHORT_M: f64 = 30.0;
 
+/// What is said of lanes, movements and greens, which stand in place of `{}`.
+const SHORT_LANE: &str =
+    "seen no further than this, since the network ends or a signal stands upstream: lanes {}";
+const UNSERVED: &str = "no phase has green for movements {}";
+const NO_VEHICLES: &str = "no lane for cars is served by the greens {}, which are no phases to choose: whoever they are for \
+    (pedestrians, or buses, trams and bicycles on lanes of their own) has them only while the network's own program runs, and \
+    waits under every other method";
+const OTHER_PROGRAM: &str = "the program is of a type that methods cannot install, such as NEMA or delay_based: they choose \
+    among its greens, of NEMA among the pairs of phases that it may show";
+
 /// Something about a signal that its user should know.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum Warning {
-    /// A lane of which little is seen, although it was traced upstream.
-    ShortLane {
-        /// SUMO's lane id.
-        lane: String,
-        /// How far it is seen, metres.
-        seen_m: f64,
-    },
-    /// A movement that no phase serves.
-    Unserved {
-        /// Its index.
-        movement: usize,
-        /// SUMO's ids of its lanes.
-        lanes: Vec<String>,
-    },
-    /// A green that serves no lane for cars.
-    NoVehicles {
-        /// SUMO's state.
-        state: String,
-    },
-    /// A program that does not run its phases one after the other.
-    OtherProgram,
-}
-
-impl Warning {
-    fn subject(&self) -> String {
-        match self {
-            Self::ShortLane { lane, seen_m } => format!("{lane} ({seen_m:.1} m)"),
-            Self::Unserved { movement, lanes } => {
-                format!("{movement} from {}", lanes.join(" and "))
-            }
-            Self::NoVehicles { state } => state.clone(),
-            Self::OtherProgram => String::new(),
-        }
-    }
+pub struct Warning {
+    /// The lane, movement or green that it is about.
+    pub about: String,
+    /// The sentence.
+    #[serde(skip)]
+    text: &'static str,
 }
 
 /// Returns warnings of a signal in words, all of one kind in one sentence.
@@ -81,7 +58,7 @@ fn by_kind<'a>(
 ) -> Vec<Vec<(&'a str, &'a Warning)>> {
     let mut kinds: Vec<Vec<(&str, &Warning)>> = Vec::new();
     for (name, warning) in warnings {
-        match kinds.iter_mut().find(|kind| discriminant(kind[0].1) == discriminant(warning)) {
+        match kinds.iter_mut().find(|kind| kind[0].1.text == warning.text) {
             Some(kind) => kind.push((name, warning)),
             None => kinds.push(vec![(name, warning)]),
         }
@@ -91,47 +68,32 @@ fn by_kind<'a>(
 
 /// Returns warnings of one kind in a sentence.
 fn said(kind: &[(&str, &Warning)]) -> String {
-    let mut subjects: Vec<String> = kind.iter().map(|(_, warning)| warning.subject()).collect();
+    let mut subjects: Vec<&str> = kind.iter().map(|(_, warning)| &*warning.about).collect();
     subjects.dedup();
-    let all = subjects.join(", ");
-    match kind[0].1 {
-        Warning::ShortLane { .. } => {
-            format!("seen no further than this, since the network ends or a signal stands upstream: lanes {all}")
-        }
-        Warning::Unserved { .. } => format!("no phase has green for movements {all}"),
-        Warning::NoVehicles { .. } => format!(
-            "no lane for cars is served by the greens {all}, which are no phases to choose: whoever they are for (pedestrians, \
-             or buses, trams and bicycles on lanes of their own) has them only while the network's own program runs, and waits \
-             under every other method"
-        ),
-        Warning::OtherProgram => {
-            "the program is of a type that methods cannot install, such as NEMA or delay_based: they choose among its greens, \
-             of NEMA among the pairs of phases that it may show"
-                .to_owned()
-        }
-    }
+    kind[0].1.text.replace("{}", &subjects.join(", "))
 }
 
 /// Returns what of a signal changes results, in the order of lanes, movements and phases.
 pub fn warnings(signal: &DerivedSignal) -> Vec<Warning> {
     let spec = &signal.spec;
     let mut warnings = Vec::new();
+    let mut warn = |text, about: String| warnings.push(Warning { about, text });
     for (i, (lane, &seen_m)) in spec.lanes.iter().zip(&signal.seen_m).enumerate() {
         // What comes to a lane between two nodes of the signal is seen at the stop line before.
         let is_inner = spec.movements.iter().any(|m| m.inner.contains(&i));
         if seen_m < SHORT_M && !is_inner {
-            warnings.push(Warning::ShortLane { lane: lane.id.clone(), seen_m });
+            warn(SHORT_LANE, format!("{} ({seen_m:.1} m)", lane.id));
         }
     }
     for (m, movement) in spec.movements.iter().enumerate() {
         if spec.phases.iter().all(|p| p.service[m] == Light::Red) {
-            let lanes = movement.lanes.iter().map(|lane| spec.lanes[*lane].id.clone()).collect();
-            warnings.push(Warning::Unserved { movement: movement.index, lanes });
+            let lanes: Vec<&str> = movement.lanes.iter().map(|l| &*spec.lanes[*l].id).collect();
+            warn(UNSERVED, format!("{} from {}", movement.index, lanes.join(" and ")));
         }
     }
-    warnings.extend(signal.left_out.iter().map(|s| Warning::NoVehicles { state: s.clone() }));
+    signal.left_out.iter().for_each(|state| warn(NO_VEHICLES, state.clone()));
     if signal.own_kind == ProgramKind::Other {
-        warnings.push(Warning::OtherProgram);
+        warn(OTHER_PROGRAM, String::new());
     }
     warnings
 }
@@ -160,7 +122,11 @@ mod tests {
             assert!(said.contains(expected), "{said}");
         }
         assert!(said.len() == 4 && said[1].contains("from w_0"), "{said:?}");
-        let told = of_signals(&[("A", found), ("B", vec![Warning::OtherProgram]), ("C", vec![])]);
+        let told = of_signals(&[
+            ("A", found.clone()),
+            ("B", vec![found[found.len() - 1].clone()]),
+            ("C", vec![]),
+        ]);
         assert_eq!(told.len(), 4);
         assert!(told[0].starts_with("signal A: ") && told[3].starts_with("signals A, B: "));
     }

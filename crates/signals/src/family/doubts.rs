@@ -16,28 +16,22 @@ use super::features::{
     incoming_lanes, inflow_vph, six_columns, six_features, uncapped_vph_per_lane,
 };
 use crate::settings::{Detail, FamilySettings, SixFeatures};
-use basics::units::{FOOT_M, KMH_TO_MPH, MPS_PER_MPH};
 use evaluation::family::MdpFamily;
 
 /// Rows that a short message names.
 const FEW_ROWS: usize = 5;
 
-/// Medians of speed limits that no city has in miles per hour: those of a table in metres per second, or in km/h.
-const MEDIAN_MPH: (f64, f64) = (15.0, 50.0);
-
-/// Medians of lengths that no city has in metres: hardly a car waits, or junctions are not so far apart.
-const MEDIAN_M: (f64, f64) = (15.0, 1000.0);
-
-/// Medians of counts that no city has, vehicles per day and lane: those in thousands (FHWA's quietest urban streets have 40
-/// to 350; Highway Functional Classification, 2013, table 3-6), and those of all lanes.
-const MEDIAN_AADT: (f64, f64) = (100.0, 12_000.0);
-
-/// Median on streets of [`WIDE`] lanes or more below which counts are those of an hour, vehicles per day and lane:
-/// of those in Salt Lake City 99% have more than 660, and the median is 5,100.
-const MEDIAN_HOURLY: f64 = 900.0;
-
-/// Lanes of both directions of a street that carries much.
-const WIDE: u32 = 4;
+/// Medians between which a column of a city lies: speeds in miles per hour, not in metres per second or km/h; lengths over
+/// which more than a car waits; counts per day and lane, not in thousands or of all lanes (FHWA's quietest urban streets have
+/// 40 to 350; Highway Functional Classification, 2013, table 3-6).
+type Column = (&'static str, (f64, f64), fn(&Approach) -> Option<f64>);
+const COLUMNS: [Column; 3] = [
+    ("speed_mph", (15.0, 50.0), |a| Some(a.speed_mph)),
+    ("length_m", (15.0, 1000.0), |a| Some(a.length_m)),
+    ("aadt_veh_per_day_per_lane", (100.0, 12_000.0), |a| {
+        (!a.imputed && a.counted.is_none()).then_some(a.aadt_veh_per_day_per_lane)
+    }),
+];
 
 /// Flow that no lane carries, vehicles per hour: the base saturation flow of the Highway Capacity Manual, without any
 /// red.
@@ -237,80 +231,18 @@ fn periods(intersections: &[Intersection], settings: &FamilySettings) -> Option<
 }
 
 /// Returns the columns whose median no city has in their unit.
-fn units(intersections: &[Intersection]) -> Vec<Doubt> {
-    let middle = |of: &dyn Fn(&Approach) -> Option<f64>| {
-        median(incoming(intersections).filter_map(of).collect())
-    };
-    let of_day =
-        |a: &Approach| (!a.imputed && a.counted.is_none()).then_some(a.aadt_veh_per_day_per_lane);
-    let is_wide = |a: &Approach| a.lanes_in + a.lanes_out >= WIDE;
-    let aadt = middle(&of_day);
-    let wide = middle(&|a| of_day(a).filter(|_| is_wide(a) && aadt >= MEDIAN_AADT.0));
-    let volume = middle(&|a| Some(a.counted?.total_vph() / f64::from(a.lanes_in)));
-    let column = "aadt_veh_per_day_per_lane";
-    [
-        speeds(middle(&|a| Some(a.speed_mph))),
-        unlikely(
-            "length_m",
-            (middle(&|a| Some(a.length_m)), MEDIAN_M),
-            "if it is in km, multiply it by 1000",
-            &format!("if it is in feet, multiply it by {FOOT_M}"),
-        ),
-        unlikely(
-            column,
-            (aadt, MEDIAN_AADT),
-            "if the counts are in thousands, multiply them by 1000",
-            "if these are counts of all lanes, divide each by twice its lanes_in, on a one-way street by lanes_in",
-        ),
-        unlikely(
-            &format!("{column} of streets with {WIDE} lanes or more"),
-            (wide, (MEDIAN_HOURLY, f64::INFINITY)),
-            "if these are counts of an hour, divide them by the hour's share of the day (family.hourly_share)",
-            "",
-        ),
-        unlikely(
-            "left_vph, through_vph and right_vph per lane",
-            (volume, (0.0, MOST_VPH_PER_LANE)),
-            "",
-            "if they are of a day, give those of an hour",
-        ),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
-}
-
-/// Returns that the median of a column lies outside a range, and what to do where it is too small and too large.
-fn unlikely(
-    column: &str,
-    (median, (low, high)): (f64, (f64, f64)),
-    small: &str,
-    large: &str,
-) -> Option<Doubt> {
-    let (than, way_out) = match median {
-        median if median < low => (format!("less than {low}"), small),
-        median if median >= high => (format!("{high} or more"), large),
-        _ => return None,
-    };
-    Some(Doubt::whole(format!(
-        "{column}: half of the approaches have {than}, which hardly any city has; {way_out}"
-    )))
-}
-
-/// Returns the middle of some values; not a number where they are too few to tell a unit.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    if values.len() < ENOUGH { f64::NAN } else { values[values.len() / 2] }
-}
-
-/// Returns what is doubtful in speed limits with this median.
-fn speeds(median_mph: f64) -> Option<Doubt> {
-    unlikely(
-        "speed_mph",
-        (median_mph, MEDIAN_MPH),
-        &format!("if it is in m/s, multiply it by {:.6}", 1.0 / MPS_PER_MPH),
-        &format!("if it is in km/h, multiply it by {KMH_TO_MPH:.6}"),
-    )
+fn units(intersections: &[Intersection]) -> impl Iterator<Item = Doubt> {
+    COLUMNS.into_iter().filter_map(|(column, (low, high), of)| {
+        let mut values: Vec<f64> = incoming(intersections).filter_map(of).collect();
+        values.sort_by(f64::total_cmp);
+        let median = values.get(values.len() / 2).filter(|_| values.len() >= ENOUGH)?;
+        (!(low..high).contains(median)).then(|| {
+            Doubt::whole(format!(
+                "{column}: half of the approaches are beyond {median}, and in a city that is from {low} to {high}; look \
+                 whether the column has this unit"
+            ))
+        })
+    })
 }
 
 /// Returns what is doubtful in a table of point MDPs, and what of it is changed.
@@ -322,23 +254,26 @@ pub fn of_points(family: &MdpFamily) -> Vec<Doubt> {
             (format!("point {}", point.title), features, incoming_lanes(&features))
         })
     };
-    let mut doubts: Vec<Doubt> =
-        speeds(median(points().map(|(_, f, _)| f.speed_mph).collect())).into_iter().collect();
     let added = points().filter(|(_, _, (half, lanes))| lanes > half);
-    doubts.extend(Doubt::of(
+    let added = Doubt::of(
         "turn lanes leave no lane to go straight, so more lanes lead to the signal than half of `lanes`",
-        added.map(|(name, _, (half, lanes))| format!("{name}: {lanes} instead of {half}")).collect(),
-    ));
+        added
+            .map(|(name, _, (half, lanes))| format!("{name}: {lanes} instead of {half}"))
+            .collect(),
+    );
     let busy =
         points().filter(|(_, f, (_, lanes))| f.inflow_vph > MOST_VPH_PER_LANE * f64::from(*lanes));
-    doubts.extend(Doubt::of(
+    let busy = Doubt::of(
         format!(
             "inflow_vph above {MOST_VPH_PER_LANE} per incoming lane, which no lane carries; it is per approach and \
              hour, not per day"
         ),
-        busy.map(|(name, f, (_, lanes))| format!("{name}: {} veh/h on {lanes} lanes", f.inflow_vph)).collect(),
-    ));
-    doubts
+        busy.map(|(name, f, (_, lanes))| {
+            format!("{name}: {} veh/h on {lanes} lanes", f.inflow_vph)
+        })
+        .collect(),
+    );
+    added.into_iter().chain(busy).collect()
 }
 
 #[cfg(test)]

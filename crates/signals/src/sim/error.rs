@@ -61,9 +61,6 @@ pub enum SimError {
         /// What is wrong and the way out.
         reason: String,
     },
-    /// A file of the scenario is missing on disk.
-    #[error("{} does not exist; run `tsc-family build-networks` first", .0.display())]
-    Missing(PathBuf),
     /// SUMO's tripinfo output cannot be understood.
     #[error("{}: {reason}", .path.display())]
     Tripinfo {

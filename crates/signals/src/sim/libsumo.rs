@@ -285,7 +285,7 @@ impl Sim for SumoSim {
         // Whoever needs the old episode's outputs has closed it and seen the error, if any.
         let _ = self.close();
         if !options.config.is_file() {
-            return Err(SimError::Missing(options.config.clone()));
+            return Err(SimError::NoConfig(options.config.clone()));
         }
         let argv = Self::command_line(options)?;
         if RUNNING.swap(true, Ordering::Acquire) {

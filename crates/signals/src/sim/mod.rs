@@ -8,7 +8,6 @@
 
 pub mod error;
 pub mod intake;
-#[cfg(feature = "libsumo")]
 pub mod libsumo;
 pub mod net_file;
 pub mod obstacle;

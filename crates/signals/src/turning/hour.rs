@@ -121,8 +121,6 @@ pub(super) struct Hour {
     pub(super) is_assumed: bool,
     /// Fields that are empty beside numbers of the same column, and count as nobody.
     pub(super) empty: usize,
-    /// How often rows lack between others of their day in the period: hours with them are not looked at on that day.
-    pub(super) gaps: usize,
 }
 
 impl Hour {
@@ -195,15 +193,7 @@ pub(super) fn busiest(
             best = Some(hour);
         }
     }
-    let times: Vec<_> = by_time.into_keys().collect();
-    // Longer ones lie between periods that were counted.
-    let is_gap = |pair: &&[(Option<Date>, u32)]| {
-        let (begin, next) = (pair[0].1 + step, pair[1].1);
-        let is_short = pair[0].0 == pair[1].0 && next > begin && next < begin + HOUR_MIN;
-        is_short && begin < to && next > from
-    };
-    let gaps = times.windows(2).filter(is_gap).count();
-    Ok(best.map(|hour| Hour { is_assumed, gaps, ..hour }))
+    Ok(best.map(|hour| Hour { is_assumed, ..hour }))
 }
 
 /// Returns the minutes of a row, up to an hour: the shortest time between two rows of a day; `None` for a single row.
@@ -302,17 +292,6 @@ mod tests {
         assert_eq!(busiest(&rows, Some(&early)).unwrap().unwrap().total(), 90.0);
         let night: Period = "night=01:00-04:00,700".parse().unwrap();
         assert_eq!(busiest(&rows, Some(&night)), Ok(None));
-    }
-
-    #[test]
-    fn a_row_that_is_missing_between_others_is_said_and_a_pause_between_periods_is_not() {
-        let quarter = |k: u32| ("2026-11-03", 420 + 15 * k, f64::from(10 + k));
-        let mut counts: Vec<_> = (0..8).filter(|k| *k != 4).map(quarter).collect();
-        counts.extend((0..4).map(|k| ("2026-11-03", 960 + 15 * k, 1.0)));
-        let hour = busiest(&rows(&counts), None).unwrap().unwrap();
-        assert_eq!((hour.begin_min, hour.gaps), (Some(420), 1));
-        let evening: Period = "pm=16:00-17:00".parse().unwrap();
-        assert_eq!(busiest(&rows(&counts), Some(&evening)).unwrap().unwrap().gaps, 0);
     }
 
     #[test]

@@ -351,11 +351,6 @@ impl Joining {
                 format!("{at}: {} fields", hour.empty),
             ),
             (
-                hour.gaps > 0,
-                "rows are missing between others, so hours with them may have been busier; add them",
-                format!("{at}: {} times", hour.gaps),
-            ),
-            (
                 hour.total() < FEW_VEHICLES,
                 "the busiest hour has hardly any vehicle; counts may be shares or in thousands",
                 format!("{at}: {:.1} vehicles", hour.total()),

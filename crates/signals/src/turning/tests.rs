@@ -154,16 +154,6 @@ fn a_street_that_bends_keeps_its_through_traffic() {
 }
 
 #[test]
-fn mornings_and_evenings_may_be_in_files_of_their_own() {
-    let mut both = counts("Time,INTID,NBL,NBT,NBR\n07:00,7,1,100,1\n08:00,7,1,90,1\n");
-    both.add(b"Time,INTID,NBL,NBT,NBR\n16:00,7,1,200,1\n17:00,7,1,90,1\n", "d.csv").unwrap();
-    let periods = ["am=06:00-09:00", "pm=15:00-18:00"].map(|p| p.parse().unwrap());
-    let joined = both.into_approaches(&cross(), &periods, RIGHT).unwrap();
-    let south = [2, 6].map(|arm: usize| joined.approaches[arm].counted.unwrap().through_vph);
-    assert_eq!(south, [100.0, 200.0]);
-}
-
-#[test]
 fn names_are_compared_without_case_leading_zeros_and_what_separates_words() {
     let same = |a: &str, b: &str| meant(a, [b].into_iter()).unwrap() == Some(b);
     assert!(same("Main St / 5th Ave", "main-st_5TH  ave"));
@@ -350,16 +340,10 @@ fn a_table_that_fits_no_layout_is_answered_with_its_rows_and_a_layout_to_fill_in
 fn columns_that_may_count_vehicles_are_refused() {
     for (columns, why) in [
         ("NBL,NBT,NBR,NBRTOR", "column NBRTOR may count vehicles"),
-        ("NBL,NBT,NBR,NB HV", "column NB HV may count vehicles"),
         ("NBL,NBT,NBR,NB Trucks Thru", "column NB Trucks Thru may count vehicles"),
-        ("NBL,NBTR,NBT,NBR", "column NBTR may count vehicles"),
         ("NBL,NBT,NBR,Net", "column Net may count vehicles"),
         ("NBL,NBT,NBR,UTC Time", "column UTC Time may count vehicles"),
         ("NBL,NBT,NBR,NB Left", "columns NBL and NB Left count the same"),
-        (
-            "NBL,NBT,NBR,NB Peds,Northbound Peds",
-            "columns NB Peds and Northbound Peds count the same",
-        ),
     ] {
         let cells = columns.split(',').map(|_| "1").collect::<Vec<_>>().join(",");
         let e = refused(&format!("INTID,{columns}\n7,{cells}\n"));
@@ -391,7 +375,7 @@ fn times_and_dates_are_local_and_have_forms_of_the_layout() {
         assert_eq!(joined.found[1], "  busiest hour 07:00 to 08:00, 102 vehicles", "{rows:?}");
         assert_eq!(joined.approaches[2].counted.unwrap().arrivals, None);
     }
-    for time in ["2026-11-05T13:15:00Z", "07:15-06:00", "13:15+00:00", "07:00 - 08:00", "7h15"] {
+    for time in ["2026-11-05T13:15:00Z", "07:15-06:00", "7h15"] {
         let e = refused(&format!("Time,INTID,NBL,NBT,NBR\n{time},7,1,2,3\n"));
         assert!(e.contains("is not understood; write it like 07:15, in local time"), "{e}");
     }
@@ -423,8 +407,6 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
             "INTID,NBL,NBT,NBR\n7,1,many,3\n",
             "c.csv, line 2: \"many\" in column 3: write a number such as 40.78",
         ),
-        ("INTID,NBL,NBT,NBR\n7,1,-5,3\n", "\"-5\" in column 3: expected a number from 0"),
-        ("INTID,NBL,NBT,NBR\n", "no row with counts"),
         (
             "INTID,NBL,NBT,NBR\n7,1,5,3\n7,1,5,3\n",
             "line 3: the same time as line 2 for NB; remove one of the two",
@@ -464,8 +446,6 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
         e,
         "c.csv, line 2: 07 may be intersection 007 or 7; call it exactly like one of them"
     );
-    let e = wrong("INTID,Time,NBL,NBT,NBR\n7,07:00,1,2,3\n7,07:25,1,2,3\n", &cross());
-    assert!(e.contains("line 3: 25 minutes after the row"), "{e}");
 }
 
 #[test]

@@ -57,21 +57,6 @@ fn only_plain_numbers_are_renamed_and_two_intersections_of_one_point_id_are_refu
     );
 }
 
-#[test]
-fn arms_that_cannot_be_built_are_refused_with_their_line() {
-    let table = EMBEDDED_TABLES[0].1;
-    let row = table.lines().rfind(|line| !line.is_empty()).unwrap();
-    let twin = row.replacen(row.split(',').nth(1).unwrap(), "twin", 1);
-    let table = format!("{}\n{twin}\n", table.trim_end());
-    let read = |detail: &str| {
-        let text = EMBEDDED[0].1.replace("six-features", detail);
-        from_text(&text, "t.toml", &[], &|_| Ok(table.clone()))
-    };
-    read("six-features").unwrap();
-    let error = read("per-approach").unwrap_err().to_string();
-    assert!(error.contains(", line ") && error.contains("both have bearing_deg"), "{error}");
-}
-
 /// A family of two intersections, of which one was counted in two periods.
 fn with_periods(periods: &str) -> Result<LoadedScenario, String> {
     let header = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,\

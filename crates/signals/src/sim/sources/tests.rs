@@ -87,17 +87,14 @@ fn all_that_is_in_the_way_is_found_with_its_place() {
         ("<a>\n<calibrator output='x'/></a>", "./a.xml: line 2: <calibrator> adds or removes"),
         ("<a><location href='e.txt'/></a>", "none that is followed"),
         ("<a><include href='&#36;{HOME}/b.xml'/></a>", "give the name of a file in ASCII"),
-        ("<a><include href='&#252;.xml'/></a>", "<include href=\"\u{fc}.xml\">; give the name"),
         (
             "<a><include href='b.xml'/></a>",
             "b.xml: the scenario names it, but it cannot be read; add it, or correct its name",
         ),
         ("<a><include href='sub\\b.xml'/></a>", "or correct its name, with slashes"),
-        ("<a><include href='sub'/></a>", "sub: it is a folder; give a regular file"),
         ("<!DOCTYPE a [<!ENTITY x SYSTEM 'b'>]><a>&x;</a>", "a <!DOCTYPE> can draw other files in"),
         ("<?xml version='1.0' encoding='UTF-7'?><a/>", "encoding \"utf-7\"; save it as UTF-8"),
         ("<\0a\0/\0>\0", "it has null bytes; save it as UTF-8"),
-        ("<a><b></a>", "it is not XML that can be read"),
     ] {
         let found = with(&[("a.xml", text.as_bytes())]);
         let said: Vec<String> = found.obstacles.iter().map(ToString::to_string).collect();
