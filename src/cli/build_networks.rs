@@ -15,8 +15,9 @@ use crate::traffic::city::counted::{CountedRequest, counted};
 use crate::traffic::city::{APPROACHES_FILE, default_folder};
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::network::build::{BuildOptions, BuildSummary, build_all};
-use crate::traffic::network::intersection::{IntersectionSpec, intersections};
+use crate::traffic::network::intersection::IntersectionSpec;
 use crate::traffic::network_files::NetworkFiles;
+use crate::traffic::placed::with_left_turns;
 use crate::traffic::problem::networks;
 use crate::traffic::turning::{self, Period};
 use crate::traffic::utdf::{Utdf, read_plans};
@@ -88,7 +89,7 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     let loaded = args.scenario.signals(&args.scenario.settings())?;
     let out = args.out.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
     NETWORKS.check(&out, "--out", Some(args.force))?;
-    let specs = intersections(&loaded)?;
+    let specs = with_left_turns(&loaded)?;
     let start = std::time::Instant::now();
     let options = BuildOptions { force: args.force, leave_out: false };
     let summary = build(&loaded, &specs, &out, options, args.quiet)?;
@@ -177,7 +178,7 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     for doubt in &loaded.doubts {
         note(format!("warning: {}: {}", table.display(), doubt.brief()));
     }
-    let specs = intersections(&loaded)?;
+    let specs = with_left_turns(&loaded)?;
     let options = BuildOptions { force: args.force, leave_out: false };
     let summary = build(&loaded, &specs, &networks, options, args.quiet)?;
     if args.quiet {

@@ -182,7 +182,10 @@ fn max_pressure_is_as_good_on_a_split_network_as_on_the_same_in_one_piece() {
 fn turns_on_red_are_no_phases() {
     let folder = tempfile::tempdir().unwrap();
     let phases = |preset: &str| {
-        let said = succeed(folder.path(), &format!("signals busy smoke --preset {preset} --json"));
+        let said = succeed(
+            folder.path(),
+            &format!("signals busy smoke --preset {preset} --set signal.left_turns=network --json"),
+        );
         let signal: serde_json::Value = serde_json::from_str(said.lines().next().unwrap()).unwrap();
         let phases = signal["phases"].as_array().unwrap().clone();
         phases.into_iter().map(|phase| phase["state"].clone()).collect::<Vec<_>>()

@@ -19,9 +19,10 @@ use crate::family::approaches::Intersection;
 use crate::family::doubts::Doubt;
 use crate::family::load::LoadedScenario;
 use crate::junction::Movement as ArmMovement;
+use crate::network::error::NetworkError;
 use crate::network::intersection::{IntersectionSpec, intersections};
 use crate::network::lanes::{LaneLayout, layout, link_order};
-use crate::settings::Detail;
+use crate::settings::{Detail, LeftTurns};
 use crate::turning::{matched_arms, meant};
 use crate::vocabulary::{Heading, movement_names, number_in, on_side};
 use evaluation::family::columns::at;
@@ -125,6 +126,41 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
     ];
     placed.doubts = doubts.into_iter().flatten().collect();
     Ok(placed)
+}
+
+/// Returns the intersections of a scenario to build: left turns as the existing plan of each has them, where the settings
+/// say so.
+pub fn with_left_turns(loaded: &LoadedScenario) -> Result<Vec<IntersectionSpec>, NetworkError> {
+    let mut specs = intersections(loaded)?;
+    let is_asked = loaded.scenario.signal.left_turns == LeftTurns::Existing;
+    let Some(plans) = loaded.plans.as_ref().filter(|_| is_asked) else { return Ok(specs) };
+    // What is wrong with plans is told by whoever simulates them.
+    let Ok(placed) = placed(loaded, plans) else { return Ok(specs) };
+    for spec in &mut specs {
+        let Some(plan) = placed.of_point.get(&spec.point) else { continue };
+        let layout = layout(spec)?;
+        for (arm, of) in spec.arms.iter_mut().enumerate() {
+            of.left_turns = left_turns(plan, &layout, arm);
+        }
+    }
+    Ok(specs)
+}
+
+/// Returns how a plan signals the left turns of an arm; `None` without a phase for them.
+fn left_turns(plan: &ExistingPlan, layout: &LaneLayout, arm: usize) -> Option<LeftTurns> {
+    let lefts = layout.movements.iter().filter(|m| (m.from, m.turn) == (arm, Turn::Left));
+    let lefts: Vec<_> = lefts.map(|m| (m.from_edge(), m.to_edge())).collect();
+    let has = |names: &[String]| {
+        names.iter().filter_map(|name| plan.ways.get(name)).flatten().any(|way| lefts.contains(way))
+    };
+    let protects = plan.phases.iter().any(|phase| has(&phase.movements));
+    let yields = plan.phases.iter().any(|phase| has(&phase.yielding));
+    match (protects, yields) {
+        (true, true) => Some(LeftTurns::ProtectedPermissive),
+        (true, false) => Some(LeftTurns::Protected),
+        (false, true) => Some(LeftTurns::Permissive),
+        (false, false) => None,
+    }
 }
 
 impl Placed {
@@ -402,6 +438,22 @@ mod tests {
         assert_eq!(way("NBL"), [("in2".to_owned(), "out3".to_owned())]);
         assert_eq!(way("EBT"), [("in3".to_owned(), "out1".to_owned())]);
         assert_eq!(placed.doubts, []);
+    }
+
+    #[test]
+    fn left_turns_are_as_the_plan_has_them_where_the_settings_say_so() {
+        use LeftTurns::{Permissive, Protected, ProtectedPermissive};
+        let mut plan = plan(Control::Pretimed);
+        plan.phases[1].yielding.push("NBL".into());
+        let found = |settings: &str| {
+            let plans = Some(plans(plan.clone()));
+            let loaded = LoadedScenario { plans, ..scenario(&CROSS, settings) };
+            let arms = with_left_turns(&loaded).unwrap().remove(0).arms;
+            arms.iter().map(|arm| arm.left_turns).collect::<Vec<_>>()
+        };
+        let expected = [Protected, Permissive, ProtectedPermissive, Permissive].map(Some);
+        assert_eq!(found("[signal]\nleft_turns = \"existing\"\n"), expected);
+        assert_eq!(found("[signal]\nleft_turns = \"by-rule\"\n"), [None; 4]);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::family::features::{incoming_lanes, simulated_inflow_vph, six_columns}
 use crate::family::load::LoadedScenario;
 use crate::family::points::RANGES;
 use crate::network::error::NetworkError;
-use crate::settings::{Detail, FamilySettings, SixFeatures};
+use crate::settings::{Detail, FamilySettings, LeftTurns, SixFeatures};
 use basics::units::mph_to_mps;
 use evaluation::settings::within;
 
@@ -48,6 +48,9 @@ pub struct Arm {
     /// What was counted by turn; `None`: the turn shares of the demand hold.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub counted: Option<Counted>,
+    /// How the existing plan signals the left turns; `None`: it does not say, or does not count.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub left_turns: Option<LeftTurns>,
 }
 
 /// An intersection to build: the name of its point MDP and its arms, clockwise from north.
@@ -140,6 +143,7 @@ impl Arm {
             inflow_vph: simulated_inflow_vph(approach, settings),
             turns,
             counted: approach.counted.map(|counted| counted.as_right_hand(side)),
+            left_turns: None,
         }
     }
 }

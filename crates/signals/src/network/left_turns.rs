@@ -1,5 +1,6 @@
 //! How each approach's left turns are signalled, from `signal.left_turns`.
 //!
+//! - **Of an existing plan** the treatments are those of the arms, which [`placed`](crate::placed) tells.
 //! - A left turn **without a lane of its own** stays permissive: an arrow for it would have to hold whoever goes
 //!   straight on from the same lane, which only a green for one approach alone does.
 //! - A left turn **without an opposing approach** has nobody to yield to, and nothing to choose.
@@ -61,10 +62,15 @@ pub fn treatments(
 ) -> Option<Vec<LeftTurns>> {
     let cycle_s = cycle_s(network, (signal.min_cycle_s, signal.max_cycle_s));
     let of = |arm: usize| match (opposite(&layout.movements, arm), signal.left_turns) {
-        (Some(other), asked) if turns_left_from_its_own_lanes(layout, arm) => match asked {
-            LeftTurns::ByRule => by_rule(spec, layout, demand, cycle_s, [arm, other]),
-            asked => asked,
-        },
+        (Some(other), asked) if turns_left_from_its_own_lanes(layout, arm) => {
+            match (asked, spec.arms[arm].left_turns) {
+                (LeftTurns::Existing, Some(existing)) => existing,
+                (LeftTurns::Existing | LeftTurns::ByRule, _) => {
+                    by_rule(spec, layout, demand, cycle_s, [arm, other])
+                }
+                (asked, _) => asked,
+            }
+        }
         _ => LeftTurns::Permissive,
     };
     let is_network = signal.left_turns.is_network();
@@ -166,6 +172,10 @@ mod tests {
         let mut two = with_left_lanes(100.0);
         (two.arms[0].lanes_in, two.arms[0].left_turn_lanes) = (4, 2);
         assert_eq!(by_rule(&two), LeftTurns::Protected);
+        // What the existing plan has comes before the rule, where it has something.
+        two.arms[0].left_turns = Some(LeftTurns::Permissive);
+        let existing = of(&two, LeftTurns::Existing).unwrap()[0];
+        assert_eq!([existing, by_rule(&two)], [LeftTurns::Permissive, LeftTurns::Protected]);
         let mut wide = with_left_lanes(100.0);
         (wide.arms[2].lanes_in, wide.arms[2].lanes_out) = (5, 5);
         assert_eq!(by_rule(&wide), LeftTurns::Protected);

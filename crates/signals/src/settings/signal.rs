@@ -72,6 +72,8 @@ pub enum LeftTurns {
     ProtectedPermissive,
     /// One of these for each approach, by lanes, volumes and speed.
     ByRule,
+    /// As the existing plan has them; without one, by rule.
+    Existing,
 }
 
 impl LeftTurns {
@@ -80,7 +82,7 @@ impl LeftTurns {
         *self == Self::Network
     }
 
-    /// Whether those of an approach have an arrow; [`Self::ByRule`] is no approach's.
+    /// Whether those of an approach have an arrow; the last two are no approach's.
     pub fn has_arrow(self) -> bool {
         self != Self::Permissive
     }
@@ -131,8 +133,9 @@ settings! {
         /// effect only if `pedestrians` is true.
         #[serde(skip_serializing_if = "Option::is_none")]
         lane_width_m: Option<f64> = None, in 2.0..=6.0, unit "m", source "SUMO";
-        /// How left turns are signalled in generated networks: `permissive`, `protected`, `protected-permissive`, or
-        /// `by-rule`, one of these for each approach from lanes, volumes and speed. It decides the greens of the program and
+        /// How left turns are signalled in generated networks: `permissive`, `protected`, `protected-permissive`,
+        /// `by-rule`, one of these for each approach from lanes, volumes and speed, or `existing`, as the intersection's
+        /// existing plan has them, and by rule without one. It decides the greens of the program and
         /// of all pairs. Left turns without a lane of their own stay permissive. `network` is netconvert's program, in which lefts yield and those with lanes of their own get a stage. In left-hand traffic these are right
         /// turns.
         #[serde(skip_serializing_if = "LeftTurns::is_network")]
