@@ -255,6 +255,7 @@ fn a_coordinated_plan_of_today_that_was_simulated_alone_is_named_beside_the_gain
             yielding: Vec::new(),
             min_green_s: 5.0,
             max_green_s: 55.0,
+            min_split_s: None,
             passage_s: 3.0,
             yellow_s: 4.0,
             all_red_s: 1.0,

@@ -18,7 +18,7 @@ use crate::family::doubts::Doubt;
 use crate::family::load::{LoadedScenario, Uncounted, from_text};
 use crate::placed::placed;
 use crate::settings::Scenario;
-use crate::turning::{Joined, Period, TurningCounts};
+use crate::turning::{Joined, Period, TurningCounts, without_zero_pedestrians};
 use basics::files::{self, beneath, limits, write_atomically};
 use basics::hash::sha256;
 use evaluation::family::error::FamilyError;
@@ -75,8 +75,12 @@ pub fn counted(
                 return Err(refused(request, "period", period.to_owned(), expected));
             }
             let side = driving_side(request)?;
-            TurningCounts::read(files, request.layout)?
-                .into_approaches(&uncounted.intersections, request.periods, side)?
+            let mut joined = TurningCounts::read(files, request.layout)?
+                .into_approaches(&uncounted.intersections, request.periods, side)?;
+            if !uncounted.scenario.family.zero_pedestrians {
+                joined.doubts.extend(without_zero_pedestrians(joined.approaches.iter_mut()));
+            }
+            joined
         }
     };
     let mut joined = with_traffic(joined, request)?;

@@ -46,7 +46,7 @@ use crate::network::build::{BuildOptions, build_all, one_green};
 use crate::network::intersection::intersections;
 use crate::settings::check::check as check_settings;
 use crate::settings::{Detail, InflowSources, Scenario, SixFeatures};
-use crate::turning::{Period, TurningCounts};
+use crate::turning::{Period, TurningCounts, without_zero_pedestrians};
 use basics::files::{FileError, beneath, lines, write_atomically};
 use basics::hash::sha256;
 use evaluation::family::MdpFamily;
@@ -294,7 +294,12 @@ fn with_networks(
         }
         let (mut found, mut doubts) = (Vec::new(), Vec::new());
         if let Some(counts) = &input.turning {
-            let joined = counts.into_approaches(&gathered(rows), &request.periods, city.side)?;
+            let mut joined =
+                counts.into_approaches(&gathered(rows), &request.periods, city.side)?;
+            let written = scenario_text(request, &input.config, (None, None))?;
+            if toml::from_str(&written).is_ok_and(|s: Scenario| !s.family.zero_pedestrians) {
+                joined.doubts.extend(without_zero_pedestrians(joined.approaches.iter_mut()));
+            }
             city.count_by_turn(&joined.counted);
             (rows, found, doubts) = (joined.approaches, joined.found, joined.doubts);
         }

@@ -92,6 +92,9 @@ pub struct PlanPhase {
     pub min_green_s: f64,
     /// Longest green: the split without yellow and all-red.
     pub max_green_s: f64,
+    /// Shortest split that whoever retimes the signal may give it; absent where nobody says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub min_split_s: Option<f64>,
     /// Time without a vehicle after which the green may end.
     pub passage_s: f64,
     /// Yellow.
@@ -238,6 +241,7 @@ impl ExistingPlan {
                 ("yellow_s", phase.yellow_s, 0.0..=YELLOW_S[1]),
                 ("max_green_s", phase.max_green_s, 0.1..=900.0),
                 ("min_green_s", phase.min_green_s, 0.0..=600.0),
+                ("min_split_s", phase.min_split_s.unwrap_or_default(), 0.0..=900.0),
                 ("passage_s", phase.passage_s, 0.0..=60.0),
                 ("all_red_s", phase.all_red_s, 0.0..=20.0),
                 ("walk_s", walk_s, 0.0..=240.0),
@@ -339,6 +343,12 @@ impl ExistingPlan {
         let cycle_s = self.cycle_s.filter(|_| is_actuated);
         let mut notes: Vec<String> = cycle_s.map(unused).into_iter().collect();
         for (phase, timed) in self.phases.iter().zip(timed) {
+            if let Some(min_s) = phase.min_split_s.filter(|s| *s > phase.split_s() + STEP_S / 2.0) {
+                let (number, split_s) = (phase.number, phase.split_s());
+                notes.push(format!(
+                    "phase {number} has a split of {split_s} s, below its min_split_s of {min_s} s"
+                ));
+            }
             let is_empty = phase.all_movements().next().is_none();
             let note = match self.control {
                 _ if is_empty && phase.walk_s.is_none() => {
@@ -463,6 +473,7 @@ pub(crate) mod testing {
             yielding: of(true),
             min_green_s: 5.0,
             max_green_s: 20.0,
+            min_split_s: None,
             passage_s: 3.0,
             yellow_s: 3.5,
             all_red_s: 1.0,

@@ -100,6 +100,7 @@ columns! {
     recall: Recall,
     dual_entry: bool,
     inhibit_max: bool,
+    min_split_s: f64,
 }
 
 impl Value for f64 {
@@ -311,6 +312,7 @@ impl Cells {
             recall: Some(phase.recall),
             dual_entry: Some(phase.dual_entry),
             inhibit_max: Some(phase.inhibit_max),
+            min_split_s: phase.min_split_s,
         }
     }
 
@@ -355,6 +357,7 @@ impl Cells {
             yielding: self.yielding.unwrap_or_default(),
             min_green_s: self.min_green_s.unwrap_or(SHORT_GREEN_S.min(max_green_s)),
             max_green_s,
+            min_split_s: self.min_split_s,
             passage_s: self.passage_s.unwrap_or(EXTENSION_S),
             yellow_s,
             all_red_s,
@@ -403,7 +406,7 @@ mod tests {
         let mut plan = plan(Control::Coordinated);
         plan.phases[1].walk_s = Some([7.0, 14.5]);
         plan.phases[1].recall = Recall::Ped;
-        plan.phases[2].inhibit_max = true;
+        (plan.phases[2].inhibit_max, plan.phases[2].min_split_s) = (true, Some(22.5));
         plan.offset_s = Some(12.5);
         let named =
             NamedPlan { intersection: "Oak / Main".into(), period: "am".into(), plan, line: 2 };

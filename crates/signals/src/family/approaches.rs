@@ -65,12 +65,12 @@ const SHARE: f64 = 1e4;
 
 /// The group of the columns that every table has, and the first group of what was counted.
 const NEEDED: usize = 0;
-const OF_COUNTS: usize = 3;
+const OF_COUNTS: usize = 5;
 
 /// A column with its group. Optional groups, from 1, are written where a row has anything in one of their columns.
 type Column = (usize, &'static str, fn(&Approach) -> String);
 
-const COLUMNS: [Column; 24] = [
+const COLUMNS: [Column; 26] = [
     (0, "intersection", |a| a.intersection.clone()),
     (0, "arm", |a| a.arm.clone()),
     (0, "latitude", |a| known(a.latitude)),
@@ -89,27 +89,32 @@ const COLUMNS: [Column; 24] = [
     (0, "movements", |a| a.movements.clone()),
     (1, "left_storage_m", |a| a.left_storage_m.map_or_else(String::new, known)),
     (1, "right_storage_m", |a| a.right_storage_m.map_or_else(String::new, known)),
-    (2, "period", |a| a.period.clone()),
-    (3, "left_vph", |a| counted(a, |c| Some(number(c.left_vph)))),
-    (3, "through_vph", |a| counted(a, |c| Some(number(c.through_vph)))),
-    (3, "right_vph", |a| counted(a, |c| Some(number(c.right_vph)))),
-    (3, "peak_hour_factor", |a| {
+    (2, "shared_turns", |a| {
+        let letters = [(a.shared_left, "l"), (a.shared_right, "r")];
+        letters.into_iter().filter(|shared| shared.0).map(|shared| shared.1).collect()
+    }),
+    (3, "turn_on_red", |a| if a.no_turn_on_red { "no".to_owned() } else { String::new() }),
+    (4, "period", |a| a.period.clone()),
+    (5, "left_vph", |a| counted(a, |c| Some(number(c.left_vph)))),
+    (5, "through_vph", |a| counted(a, |c| Some(number(c.through_vph)))),
+    (5, "right_vph", |a| counted(a, |c| Some(number(c.right_vph)))),
+    (5, "peak_hour_factor", |a| {
         counted(a, |c| match c.arrivals? {
             Arrivals::PeakHourFactor(factor) => Some(factor.to_string()),
             Arrivals::QuarterHours(_) => None,
         })
     }),
-    (3, "quarter_hours", |a| {
+    (5, "quarter_hours", |a| {
         counted(a, |c| match c.arrivals? {
             Arrivals::PeakHourFactor(_) => None,
             Arrivals::QuarterHours(quarters) => Some(quarters.map(number).join(" ")),
         })
     }),
-    (3, "heavy_vehicles", |a| {
+    (5, "heavy_vehicles", |a| {
         counted(a, |c| Some(((c.heavy_vehicles? * SHARE).round() / SHARE).to_string()))
     }),
-    (4, "pedestrians_per_h", |a| counted(a, |c| c.pedestrians_per_h.map(number))),
-    (5, "exits_vph", |a| {
+    (6, "pedestrians_per_h", |a| counted(a, |c| c.pedestrians_per_h.map(number))),
+    (7, "exits_vph", |a| {
         counted(a, |c| {
             let exits_vph = c.exits_vph?;
             // Without those at the end that have none.
@@ -147,6 +152,15 @@ pub struct Approach {
     /// Length of the right-turn lanes, metres; `None`: that of the approach.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right_storage_m: Option<f64>,
+    /// Whether the lane beside the left-turn lanes turns left as well.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub shared_left: bool,
+    /// Whether the lane beside the right-turn lanes turns right as well.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub shared_right: bool,
+    /// Whether a sign forbids turns on red.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub no_turn_on_red: bool,
     /// Speed limit, miles per hour.
     pub speed_mph: f64,
     /// Length of the approach, metres.
@@ -326,6 +340,17 @@ fn approach(row: &Row, columns: &Columns) -> Result<Approach, String> {
     // A table without places is one of intersections that no map shows.
     let is_placed = ["latitude", "longitude"].iter().any(|name| !text(name).is_empty());
     let coordinate = |name: &str| if is_placed { number(name) } else { Ok(f64::NAN) };
+    for (name, known) in
+        [("shared_turns", ["l", "r", "lr"].as_slice()), ("turn_on_red", &["yes", "no"])]
+    {
+        if !text(name).is_empty() && !known.contains(&text(name)) {
+            return Err(format!(
+                "{name} = {:?}: expected {}, or nothing",
+                text(name),
+                known.join(", ")
+            ));
+        }
+    }
     let mut movements = String::new();
     for letter in text("movements").to_lowercase().chars().filter(|c| c.is_alphanumeric()) {
         if !"lstru".contains(letter) {
@@ -349,6 +374,9 @@ fn approach(row: &Row, columns: &Columns) -> Result<Approach, String> {
         right_turn_lanes: columns.whole(row, "right_turn_lanes")?,
         left_storage_m: optional("left_storage_m")?,
         right_storage_m: optional("right_storage_m")?,
+        shared_left: text("shared_turns").contains('l'),
+        shared_right: text("shared_turns").contains('r'),
+        no_turn_on_red: text("turn_on_red") == "no",
         speed_mph: number("speed_mph")?,
         length_m: number("length_m")?,
         aadt_veh_per_day_per_lane: columns

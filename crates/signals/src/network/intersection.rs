@@ -36,6 +36,15 @@ pub struct Arm {
     /// Length of the right-turn lanes, metres; `None`: that of the road.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub right_storage_m: Option<f64>,
+    /// Whether the lane beside the left-only ones turns left as well.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub shared_left: bool,
+    /// Whether the lane beside the right-only ones turns right as well.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub shared_right: bool,
+    /// Whether a sign forbids turns on red.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub no_turn_on_red: bool,
     /// Speed limit, metres per second.
     pub speed_mps: f64,
     /// Length of the incoming road, metres.
@@ -130,6 +139,8 @@ impl Arm {
             side.swapped((approach.left_turn_lanes, approach.right_turn_lanes));
         let (left_storage_m, right_storage_m) =
             side.swapped((approach.left_storage_m, approach.right_storage_m));
+        let (shared_left, shared_right) =
+            side.swapped((approach.shared_left, approach.shared_right));
         Self {
             bearing_deg: side.bearing_deg(normalise_degrees(approach.bearing_deg)),
             lanes_in: approach.lanes_in,
@@ -138,6 +149,9 @@ impl Arm {
             right_turn_lanes,
             left_storage_m,
             right_storage_m,
+            shared_left,
+            shared_right,
+            no_turn_on_red: approach.no_turn_on_red,
             speed_mps: mph_to_mps(approach.speed_mph),
             length_m: approach.length_m * settings.length_scale,
             inflow_vph: simulated_inflow_vph(approach, settings),

@@ -2,7 +2,7 @@
 //!
 //! Lanes count from the right, as in SUMO. Right-only lanes are the rightmost, left-only lanes the
 //! leftmost, and the *shared* ones between them go through; the leftmost of these also turns left
-//! if no lane is left-only, the rightmost also right if no lane is right-only.
+//! if no lane is left-only or [`Arm::shared_left`] says so, the rightmost also right.
 //!
 //! Choices where the data is silent or contradicts itself:
 //! - **Turn lanes for a turn that does not exist** are shared lanes.
@@ -91,7 +91,9 @@ pub fn layout(spec: &IntersectionSpec) -> Result<LaneLayout, NetworkError> {
             to_lane,
         }));
     }
-    let left_only_lanes = uses.iter().map(|u| u.left_only).collect();
+    // What shares a lane with the through movement has no green alone.
+    let apart = |u: &LaneUse| u.through.is_empty() || u.left.start >= u.through.end;
+    let left_only_lanes = uses.iter().map(|u| if apart(u) { u.left_only } else { 0 }).collect();
     Ok(LaneLayout { movements, connections, exit_lanes, left_only_lanes })
 }
 
@@ -168,6 +170,9 @@ fn lane_use(arm: &Arm, left: bool, through: bool, right: bool) -> LaneUse {
     } else {
         (shared.end, shared.end)
     };
+    let one_of = |is: bool| u32::from(is && !shared.is_empty());
+    let left_from = left_from.min(shared.end - one_of(arm.shared_left && own_left));
+    let right_to = right_to.max(shared.start + one_of(arm.shared_right && own_right));
     LaneUse {
         left: if left { left_from.min(lanes)..lanes } else { lanes..lanes },
         through: if through { shared } else { lanes..lanes },

@@ -125,7 +125,7 @@ impl Netconvert {
             // Greens are as without it; the second network knows whom to yield to on red.
             let of = |link: usize| net.links.iter().find(|l| l.link == link);
             let meet = |a, b| a != b && of(a).zip(of(b)).is_some_and(|(a, b)| net.meet(a, b));
-            let mut may = turns_on_red(&layout, &links);
+            let mut may = turns_on_red(spec, &layout, &links);
             // Of two that meet, as at five arms, only one may.
             for link in 0..may.len() {
                 may[link] &= !(0..link).any(|other| may[other] && meet(link, other));
@@ -206,11 +206,12 @@ fn refine(conflicts: &mut Conflicts, layout: &LaneLayout, net: &NetFile) -> bool
     overlap
 }
 
-/// Returns of every link of the signal whether it turns right from the rightmost lane.
-fn turns_on_red(layout: &LaneLayout, links: &[usize]) -> Vec<bool> {
+/// Returns of every link of the signal whether it turns right from the rightmost lane, and no sign forbids that on red.
+fn turns_on_red(spec: &IntersectionSpec, layout: &LaneLayout, links: &[usize]) -> Vec<bool> {
     let mut may = vec![false; links.len()];
     for (c, link) in layout.connections.iter().zip(links) {
-        may[*link] = c.movement.turn == Turn::Right && c.from_lane == 0;
+        let may_arm = !spec.arms[c.movement.from].no_turn_on_red;
+        may[*link] = may_arm && c.movement.turn == Turn::Right && c.from_lane == 0;
     }
     may
 }

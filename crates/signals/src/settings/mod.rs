@@ -162,6 +162,10 @@ settings! {
         /// Table of the plans that signals have today, relative to the scenario file; the method `existing` runs them.
         #[serde(skip_serializing_if = "Option::is_none")]
         existing: Option<String> = None;
+        /// Whether pedestrian counts of 0 are counts of nobody where a file has no other. Otherwise nobody counted there, and
+        /// pedestrians have recall. It has an effect only on `build-networks` with UTDF or turning counts.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        zero_pedestrians: bool = false;
         /// Sources of the table's inflows, shown on the pages of results. They change no result.
         #[serde(skip_serializing_if = "Option::is_none")]
         inflows: Option<InflowSources> = None;
@@ -328,7 +332,7 @@ pub fn defaults() -> Scenario {
 /// A scenario with all settings that can be given.
 const WHOLE: &str = "name = \"x\"\nsignal.max_green_s = 50\nsignal.lane_width_m = 3.0\n\
     signal.left_turns = \"permissive\"\n\
-    signal.pedestrian_calls_per_h = 1.0\nfamily.points = \"p\"\nfamily.existing = \"e\"\n\
+    signal.pedestrian_calls_per_h = 1.0\nfamily.points = \"p\"\nfamily.zero_pedestrians = true\nfamily.existing = \"e\"\n\
                      family.approaches = \"a\"\nfamily.directional_split = 0.55\n\
                      family.peak_heading_deg = 90\nsignal.turn_on_red = true\n\
                      demand.heavy_vehicles = 0.03\ndemand.sigma = 0.2\ndemand.impatience = 0.5";

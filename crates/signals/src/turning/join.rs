@@ -208,7 +208,7 @@ impl CountedIntersection {
 
 /// Returns which of some intersections a name means: the one that is called exactly so, else the only one whose name
 /// compares as the same; `None` if there is none.
-pub(crate) fn meant<'a>(
+pub fn meant<'a>(
     name: &str,
     ids: impl Iterator<Item = &'a str>,
 ) -> Result<Option<&'a str>, String> {
@@ -303,6 +303,35 @@ fn assign(
             chosen.pop();
         }
     }
+}
+
+/// Takes counts of nobody on foot for no counts, where a file has no other, and says so; elsewhere says which intersections have
+/// no other.
+pub(crate) fn without_zero_pedestrians<'a>(
+    arms: impl Iterator<Item = &'a mut Approach>,
+) -> Option<Doubt> {
+    let mut of_id = BTreeMap::<&str, Vec<&mut Option<f64>>>::new();
+    for Approach { intersection, counted, .. } in arms {
+        let people = counted.as_mut().map(|counted| &mut counted.pedestrians_per_h);
+        of_id.entry(intersection).or_default().extend(people.filter(|people| people.is_some()));
+    }
+    of_id.retain(|_, people| !people.is_empty());
+    let count = of_id.len();
+    of_id.retain(|_, people| people.iter().all(|people| **people == Some(0.0)));
+    let ids = of_id.keys().map(|id| format!("intersection {id}")).collect();
+    if of_id.len() < count {
+        return Doubt::of(
+            "pedestrian counts are all 0 at some intersections only, where nobody walks then; empty \
+                          pedestrians_per_h of approaches.csv where nobody counted",
+            ids,
+        );
+    }
+    of_id.into_values().flatten().for_each(|people| *people = None);
+    Doubt::of(
+        "pedestrian counts are all 0, so nobody counted, and pedestrians have recall; --set \
+               family.zero_pedestrians=true takes them for counts of nobody",
+        ids,
+    )
 }
 
 fn words([left, through, right]: [f64; 3]) -> String {

@@ -28,7 +28,8 @@ use evaluation::settings::overrides::overlay;
 use hour::Interval;
 pub use hour::Period;
 pub use join::Joined;
-pub(crate) use join::{FEW_VEHICLES, matched_arms, meant};
+pub use join::meant;
+pub(crate) use join::{FEW_VEHICLES, matched_arms, without_zero_pedestrians};
 
 const LAYOUTS: &str = include_str!("layouts.toml");
 

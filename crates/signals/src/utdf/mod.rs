@@ -6,8 +6,10 @@
 //!
 //! [`Utdf::intersections`] makes approaches and plans of it, and [`to_utdf`] writes plans.
 
+mod lanes;
 mod plans;
 mod streets;
+mod volumes;
 mod write;
 
 use std::collections::BTreeMap;
@@ -57,6 +59,8 @@ pub struct Utdf {
     file: String,
     /// Side that traffic keeps to, which the format does not say.
     side: DrivingSide,
+    /// Whether `Peds` 0 everywhere are counts of nobody.
+    zero_pedestrians: bool,
 }
 
 impl Utdf {
@@ -103,6 +107,7 @@ impl Utdf {
             scenario = setting.apply(&scenario)?;
         }
         self.side = scenario.network.driving_side;
+        self.zero_pedestrians = scenario.family.zero_pedestrians;
         let converted = self.intersections()?;
         let intersections = converted.intersections.clone();
         let plans = Some(converted.plans.clone()).filter(|plans| !plans.all.is_empty());

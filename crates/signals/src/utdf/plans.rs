@@ -126,6 +126,7 @@ impl Utdf {
             yielding: Vec::new(),
             min_green_s: value("mingreen")?.unwrap_or(SHORT_GREEN_S.min(max_green_s)),
             max_green_s,
+            min_split_s: value("minsplit")?.filter(|s| *s > 0.0),
             passage_s: value("vehext")?.unwrap_or(EXTENSION_S),
             yellow_s: or_network("yellow", "yellowtime", DEFAULT_CHANGE_S[0])?,
             all_red_s: or_network("allred", "allredtime", DEFAULT_CHANGE_S[1])?,

@@ -2,9 +2,11 @@
 
 use super::*;
 use crate::existing::{Control, NamedPlan, Recall};
-use crate::family::approaches::Arrivals;
+use crate::family::approaches::{Approach, Arrivals};
 
 const TWO: &str = include_str!("../../tests/utdf/two-signals.csv");
+const TEE: &str = include_str!("../../tests/utdf/tee.csv");
+const DOUBLE: &str = include_str!("../../tests/utdf/double-left.csv");
 
 fn read(text: &str) -> Utdf {
     let mut utdf = Utdf::default();
@@ -22,45 +24,92 @@ fn said(converted: &Converted) -> String {
     converted.doubts.iter().map(|doubt| doubt.brief()).collect::<Vec<_>>().join("\n")
 }
 
+/// An arm as it was worked out by hand: name; lanes in and out, left-turn and right-turn lanes; storage to the left and to the
+/// right, metres; turns that the lane beside turn lanes has; vehicles per hour to the left, through and right; people per hour.
+type ByHand = (&'static str, [u32; 4], [f64; 2], &'static str, [f64; 3], Option<f64>);
+
 #[test]
-fn signals_become_intersections_with_lanes_lengths_and_volumes() {
+fn arms_are_those_that_were_worked_out_by_hand() {
+    let two: [&[ByHand]; 2] = [
+        &[
+            ("NB Oak Ave", [3, 2, 1, 0], [45.7, 0.0], "", [80.0, 310.0, 45.0], Some(12.0)),
+            ("EB Main St", [4, 2, 1, 1], [76.2, 61.0], "", [120.0, 640.0, 90.0], Some(20.0)),
+            ("SB Oak Ave", [3, 2, 1, 0], [45.7, 0.0], "", [60.0, 280.0, 70.0], Some(10.0)),
+            // Volumes with 10% of growth.
+            ("WB Main St", [3, 2, 1, 0], [61.0, 0.0], "", [83.0, 638.0, 55.0], Some(15.0)),
+        ],
+        // Link 2 to 1 has two lanes, and its bay beside them. No southern exit for the eastbound through lane.
+        &[
+            ("NB Elm St", [2, 1, 1, 1], [0.0, 30.5], "", [90.0, 0.0, 110.0], None),
+            ("EB Main St", [2, 2, 0, 0], [0.0, 0.0], "", [0.0, 700.0, 45.0], None),
+            ("WB Main St", [3, 2, 1, 0], [54.9, 0.0], "", [65.0, 610.0, 0.0], None),
+        ],
+    ];
+    // North three lanes less a bay, south four less two, east one without bays.
+    let tee: [&[ByHand]; 1] = [&[
+        ("NB Elm St", [3, 2, 0, 1], [0.0, 30.5], "", [0.0, 600.0, 50.0], Some(0.0)),
+        ("SB Elm St", [3, 2, 1, 0], [45.7, 0.0], "", [40.0, 700.0, 0.0], Some(4.0)),
+        ("WB Mill Rd", [2, 1, 1, 1], [0.0, 0.0], "", [120.0, 0.0, 60.0], Some(0.0)),
+    ]];
+    // South: the link does not count the bay. West: one of two left-turn lanes is in the bay. East: two lanes lead there.
+    let double: [&[ByHand]; 1] = [&[
+        ("NB", [4, 2, 2, 0], [76.2, 0.0], "", [310.0, 640.0, 60.0], None),
+        ("EB", [3, 3, 1, 0], [45.7, 0.0], "l", [80.0, 220.0, 70.0], None),
+        ("SB", [3, 2, 1, 0], [61.0, 0.0], "", [90.0, 700.0, 55.0], None),
+        ("WB", [4, 2, 1, 1], [45.7, 36.6], "", [110.0, 260.0, 95.0], None),
+    ]];
+    for (text, networks) in [(TWO, &two[..]), (TEE, &tee), (DOUBLE, &double)] {
+        let read = read(text).intersections().unwrap();
+        for (intersection, expected) in read.intersections.iter().zip(networks) {
+            let arms = intersection.arms.iter().map(|a| {
+                let counted = a.counted.unwrap();
+                let shared = [(a.shared_left, "l"), (a.shared_right, "r")];
+                (
+                    a.arm.clone(),
+                    [a.lanes_in, a.lanes_out, a.left_turn_lanes, a.right_turn_lanes],
+                    [a.left_storage_m, a.right_storage_m].map(Option::unwrap_or_default),
+                    shared.map(|(is, letter)| if is { letter } else { "" }).concat(),
+                    [counted.left_vph, counted.through_vph, counted.right_vph].map(f64::round),
+                    counted.pedestrians_per_h,
+                )
+            });
+            let by_hand = expected.iter().map(|(arm, lanes, storage_m, shared, vph, people)| {
+                ((*arm).to_owned(), *lanes, *storage_m, (*shared).to_owned(), *vph, *people)
+            });
+            assert_eq!(arms.collect::<Vec<_>>(), by_hand.collect::<Vec<_>>());
+        }
+    }
+}
+
+#[test]
+fn lengths_arrivals_signs_and_smallest_splits_are_read() {
     let converted = read(TWO).intersections().unwrap();
     assert_eq!(converted.found, ["UTDF: 2 of 2 signals, 2 with volumes, 2 with a plan; 8 nodes"]);
     let [one, two] = &converted.intersections[..] else { panic!() };
-    let arm = |i: usize| &one.arms[i];
-    let names: Vec<&str> = one.arms.iter().map(|a| a.arm.as_str()).collect();
-    assert_eq!(names, ["NB Oak Ave", "EB Main St", "SB Oak Ave", "WB Main St"]);
-    let lanes = |i: usize| {
-        let a = arm(i);
-        [a.lanes_in, a.lanes_out, a.left_turn_lanes, a.right_turn_lanes]
-    };
-    assert_eq!(
-        [lanes(0), lanes(1), lanes(2), lanes(3)],
-        [[3, 2, 1, 0], [4, 2, 1, 1], [3, 2, 1, 0], [3, 2, 1, 0]]
-    );
     // Northbound vehicles come from the south, 1200 ft at 30 mph.
-    assert_eq!((arm(0).bearing_deg, arm(0).length_m, arm(0).speed_mph), (180.0, 365.8, 30.0));
-    let counted = arm(3).counted.unwrap();
-    let volumes = [counted.left_vph, counted.through_vph, counted.right_vph].map(f64::round);
-    // With 10% of growth.
-    assert_eq!(volumes, [83.0, 638.0, 55.0]);
+    let arm = &one.arms[0];
+    assert_eq!((arm.bearing_deg, arm.length_m, arm.speed_mph), (180.0, 365.8, 30.0));
+    let counted = one.arms[3].counted.unwrap();
     assert_eq!(
         (counted.heavy_vehicles, counted.arrivals),
         (Some(0.03), Some(Arrivals::PeakHourFactor(0.92)))
     );
-    // Both turns into a street meet the same people, who cross its arm.
-    let walk = one.arms.iter().map(|a| a.counted.unwrap().pedestrians_per_h.unwrap());
-    assert_eq!(walk.collect::<Vec<_>>(), [12.0, 20.0, 10.0, 15.0]);
-    // Bays of 150, 250 and 200 ft.
-    let bays: Vec<_> = one.arms.iter().map(|a| (a.left_storage_m, a.right_storage_m)).collect();
-    assert_eq!(
-        bays,
-        [(Some(45.7), None), (Some(76.2), Some(61.0)), (Some(45.7), None), (Some(61.0), None)]
-    );
-    // The T: no southern exit for the eastbound through lane, and a street with a bend.
     let letters: Vec<&str> = two.arms.iter().map(|a| a.movements.as_str()).collect();
     assert_eq!(letters, ["lr", "sr", "ls"]);
+    // Through a bend.
     assert_eq!(two.arms[2].length_m, ((1000.0_f64 + 800.0) * 3.048).round() / 10.0);
+    let converted = read(DOUBLE).intersections().unwrap();
+    assert!(said(&converted).contains("pedestrian counts are all 0, so nobody counted"));
+    let no_turn: Vec<bool> =
+        converted.intersections[0].arms.iter().map(|a| a.no_turn_on_red).collect();
+    assert_eq!(no_turn, [false, false, false, true]);
+    let least_s: Vec<f64> =
+        converted.plans.all[0].plan.phases.iter().filter_map(|p| p.min_split_s).collect();
+    assert_eq!(least_s, [12.0, 30.5, 12.0, 35.2, 12.0, 30.5, 12.0, 35.2]);
+    let mut counted = read(DOUBLE);
+    counted.zero_pedestrians = true;
+    let people = |arm: &Approach| arm.counted.unwrap().pedestrians_per_h == Some(0.0);
+    assert!(counted.intersections().unwrap().intersections[0].arms.iter().all(people));
 }
 
 #[test]
@@ -77,14 +126,12 @@ fn what_is_assumed_or_lost_is_said() {
     let text = TWO
         .replace("Speed,1,30,30,40,40\n", "Speed,1,,30,40,40\n")
         .replace("Distance,2,1000,,1320,1000\n", "Distance,2,40,,1320,1000\n")
-        .replace("Node 1,1,0\n", "Node 1,1,2\n")
-        .replace("Shared,1,0,2,,0,2,,0,0,,0,2", "Shared,1,0,2,,0,2,,0,1,,0,2");
+        .replace("Node 1,1,0\n", "Node 1,1,2\n");
     let said = said(&read(&text).intersections().unwrap());
     for expected in [
         "links without a speed get 30 mph (node 1, NB)",
         "approaches shorter than 25 m are made so long (node 2, NB: 12 m)",
         "nodes of one controller are simulated apart (node 1 with 2)",
-        "is simulated without its left turn (node 1, EB)",
     ] {
         assert!(said.contains(expected), "{expected}: {said}");
     }
@@ -122,11 +169,6 @@ fn wrong_values_and_signals_with_nothing_to_decide_are_named() {
             "PHF,1,90",
             "line 74: phf of NBL = 90: expected 0, or a number from 0.25 to 1",
         ),
-        (
-            "Volume,1,80,",
-            "Volume,1,-80,",
-            "line 72: volume of NBL = -80: expected 0, or a number from 0",
-        ),
         ("[Lanes]", "[Lane]", "no [Nodes], [Links] or [Lanes]; export the network again"),
         ("HV,0.02", "HV,2", "n.csv, line 10: [Network] hv = \"2\""),
         (
@@ -135,16 +177,10 @@ fn wrong_values_and_signals_with_nothing_to_decide_are_named() {
             "line 6: [Network] metric = \"1\", but 0 above; remove one",
         ),
         ("Cycle Length,1,100.0", cycles, "record cycle length of node 1 stands twice; remove one"),
-        (
-            "Growth,1,100,",
-            "Growth,1,1.05,",
-            "growth of NBL = 1.05: expected 0, or a number from 10",
-        ),
     ] {
         let e = refused(&TWO.replace(from, to));
         assert!(e.contains(expected), "{e}");
     }
-    read(&TWO.replace("Metric,0", "Metric,0\nMetric,0.0\nScenarioTime,8:15 am"));
     let e = refused(&TWO.replacen("RECORDNAME,DATA", "RECORDNAME,NUMBER", 1));
     assert!(e.contains("line 3: no column DATA with the values of the records; call it so"), "{e}");
     let two_links = TWO.replace("Up ID,2,21,,1,22", "Up ID,2,,,1,22");

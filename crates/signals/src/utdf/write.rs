@@ -2,7 +2,7 @@
 //! `[Timeplans]` and `[Phases]`. Nodes, links and volumes stay those of the network.
 //!
 //! Only settings that plans have are written. Of what plans do not have, Synchro keeps the settings of the network: gap
-//! reduction, calls of pedestrians, smallest splits, the master, the yield point, locked timings, nodes of the controller,
+//! reduction, calls of pedestrians, the master, the yield point, locked timings, nodes of the controller,
 //! units.
 
 use std::collections::BTreeMap;
@@ -128,10 +128,11 @@ fn phases(text: &mut String, node: u32, plan: &ExistingPlan, most: u32) {
     let flag = |flag: bool| u32::from(flag).to_string();
     let people =
         |p: &PlanPhase, i: usize| p.walk_s.map_or_else(String::new, |both| number(both[i]));
-    let records: [(&str, CellOf<'_>); 11] = [
+    let records: [(&str, CellOf<'_>); 12] = [
         ("BRP", &|p| format!("{}{}{}", p.barrier, p.ring, p.position)),
         ("MinGreen", &|p| number(p.min_green_s)),
         ("MaxGreen", &|p| number(p.max_green_s)),
+        ("MinSplit", &|p| p.min_split_s.map(number).unwrap_or_default()),
         ("VehExt", &|p| number(p.passage_s)),
         ("Yellow", &|p| number(p.yellow_s)),
         ("AllRed", &|p| number(p.all_red_s)),
@@ -141,7 +142,9 @@ fn phases(text: &mut String, node: u32, plan: &ExistingPlan, most: u32) {
         ("DualEntry", &|p| flag(p.dual_entry)),
         ("InhibitMax", &|p| flag(p.inhibit_max)),
     ];
-    for (name, cell) in records {
+    // An empty record would empty that of the network.
+    let has_min = plan.phases.iter().any(|phase| phase.min_split_s.is_some());
+    for (name, cell) in records.into_iter().filter(|(name, _)| *name != "MinSplit" || has_min) {
         let of = |number: u32| {
             plan.phases.iter().find(|p| p.number == number).map_or_else(String::new, cell)
         };
