@@ -84,7 +84,7 @@ end=$((SECONDS + 1800))
 until "$binary" status slurm >/dev/null; do
     [ "$SECONDS" -lt "$end" ] || { tail -n 30 "$slurm"/log/* slurm/jobs/*/out/* >&2; exit 1; }
     # Slurm lets two minutes pass before a job that has put itself back into the queue starts again.
-    squeue -h -t pending -o %i | xargs -rI{} scontrol update JobId={} StartTime=now+10 || true
+    squeue -h -t pending -o '%i %r' | sed -n 's/ BeginTime$//p' | xargs -rI{} scontrol update JobId={} StartTime=now || true
     sleep 5
 done
 wait %1

@@ -11,7 +11,7 @@ use crate::cli::exit::{self, refuse};
 use crate::domains;
 use crate::files::{FileError, write_atomically};
 use crate::report::leaderboard::{json, leaderboard, markdown};
-use crate::report::{Report, Runs, text};
+use crate::report::{Report, Runs, findings};
 use crate::store::Layout;
 use crate::store::results::Results;
 
@@ -80,7 +80,7 @@ pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
         Some(target) => print(target, &data, args.json, true)?,
         None => {
             show(&data, args.json)?;
-            text::notes(&data).into_iter().filter(|_| !args.json).for_each(note);
+            findings::notes(&data).into_iter().filter(|_| !args.json).for_each(note);
         }
     }
     Ok(exit::DONE)

@@ -6,7 +6,7 @@ use super::folder::{REPORT, Target};
 use super::output::{events, line, note};
 use crate::cli::exit;
 use crate::domains;
-use crate::report::{self, Report, text};
+use crate::report::{self, Report, findings, text};
 use crate::stats::Limit;
 use crate::store::Layout;
 use crate::store::results::Results;
@@ -89,19 +89,20 @@ pub(super) fn print(target: &Target, data: &Report, json: bool, notes: bool) -> 
     let paths = report::write_to(&target.root, &target.folder, data)?;
     show(data, json)?;
     if notes {
-        for text in text::notes(data).into_iter().chain(text::growth(data)) {
-            note(text);
-        }
+        findings::notes(data).into_iter().for_each(note);
         paths.notes.into_iter().for_each(note);
         note(format!("report: {}", paths.html.display()));
     }
     Ok(())
 }
 
-/// Prints the table of a report, or with `json` its methods.
+/// Prints the table of a report, or with `json` its methods and findings.
 pub(super) fn show(data: &Report, json: bool) -> anyhow::Result<()> {
     match json {
-        true => events("method", data.json_rows()),
+        true => {
+            events("method", data.json_rows())?;
+            events("finding", findings::rows(data))
+        }
         false => line(text::table(data)),
     }
     .map_err(Into::into)

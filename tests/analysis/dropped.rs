@@ -9,7 +9,7 @@ use tsc_family::analysis::joined::{Known, Source};
 use tsc_family::report::leaderboard::leaderboard;
 
 use tsc_family::domains;
-use tsc_family::report::{self, text};
+use tsc_family::report::{self, findings};
 use tsc_family::sample::{Draw, Growth, Look, Sampling, Until};
 use tsc_family::store::dropped::{Dropped, write_dropped};
 use tsc_family::store::manifest::{Manifest, Task};
@@ -83,7 +83,7 @@ fn a_look_is_complete_without_what_was_dropped() {
     let data = reported(&layout);
     let ippo = data.methods.iter().find(|m| m.method == "ippo").unwrap();
     assert_eq!((ippo.rank, ippo.points, ippo.missing), (None, 4, 0));
-    let said = text::growth(&data).unwrap();
+    let said = findings::growth(&data).unwrap();
     let out = "Dropped out, because another method was ahead: ippo (after look 1, behind idqn).";
     assert!(said.ends_with(out), "{said}");
     report::write(&layout, &data).unwrap();

@@ -8,7 +8,7 @@ use tempfile::TempDir;
 use tsc_family::analysis::MethodSummary;
 use tsc_family::domains;
 use tsc_family::family::Feature;
-use tsc_family::report::{self, Report, ReportPaths, text};
+use tsc_family::report::{self, Report, ReportPaths, findings, text};
 use tsc_family::sample::{Draw, SamplePlan, Sampling};
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Identity, Manifest, PointRow, Provenance, Task};
@@ -224,7 +224,7 @@ impl Written {
     }
 
     pub(crate) fn notes(&self) -> String {
-        text::notes(&self.data).join("\n")
+        findings::notes(&self.data).join("\n")
     }
 
     pub(crate) fn title(&self) -> String {

@@ -7,7 +7,7 @@ use super::RunArgs;
 use crate::analysis::Standing;
 use crate::cli::output::{line, note};
 use crate::domains;
-use crate::report::text::found;
+use crate::report::findings::found;
 use crate::run::domain::Problem;
 use crate::run::plan::Draft;
 use crate::run::session::Session;

@@ -5,12 +5,13 @@ use minijinja::{Value, context};
 use serde_json::{Value as Json, json};
 
 use super::figures::{FEW_TRAININGS, common_points, label};
+use super::findings::{Kind, findings, mixed, once, trained_once};
 use super::page::render;
 use super::sections::{About, Metric, Part, ReportError, Slot, Spot, Table};
 use super::svg::Figure;
 use super::table::{Cell, Columns};
 use super::tables::{self, mix_row, ranking, trainings};
-use super::text::{FEW_SEEDS, MOST_PAIRS, certain, trained_once};
+use super::text::{FEW_SEEDS, MOST_PAIRS, certain};
 use super::whole::{Report, Runs};
 use super::words::{Words, baseline_in_full, limit_in_words};
 use super::{format, text};
@@ -47,22 +48,28 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
     let metrics = data.sections.metrics(Table::Ranking, data);
     let heading = |m: &Metric| vec![m.heading.clone(), m.unit.clone()];
     let others = data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference);
+    let findings = findings(data);
+    let sentences = |has: &dyn Fn(Kind) -> bool| -> Vec<String> {
+        let own = findings.iter().filter(|finding| has(finding.kind));
+        own.map(|finding| finding.text.clone()).collect()
+    };
+    let disagreements = sentences(&|kind| kind == Kind::Disagreement);
     context! {
         headline => text::headline(data),
         runs => data.runs.as_ref().map(runs),
         answers => text::answers(data),
         lead => text::lead(data),
-        warnings => text::warnings(data),
-        evaluated => text::evaluated(data),
-        disagree => text::disagreements(data).len(),
+        warnings => sentences(&|kind| kind.is_warning()),
+        evaluated => sentences(&|kind| kind == Kind::Evaluated),
+        disagree => disagreements.len(),
         metrics => metrics.iter().map(heading).collect::<Vec<_>>(),
         best => data.best().map(|m| m.method.clone()),
         methods => data.methods.iter().map(|m| method(data, m, &metrics)).collect::<Vec<_>>(),
         mix_row => data.mix().map(|mix| method(data, &mix_row(data, mix), &metrics)),
         common => common(data),
-        further => others.then(|| context! { disagreements => text::disagreements(data) }),
-        tuned_once => text::once(data, false).join(", "),
-        learned_once => text::once(data, true).join(", "),
+        further => others.then(|| context! { disagreements }),
+        tuned_once => once(data, false).join(", "),
+        learned_once => once(data, true).join(", "),
         overall => figure("overall"),
         any_failed => data.failed().count() > 0,
         learning => figure("learning"),
@@ -475,7 +482,7 @@ fn mix(data: &Report, mix: &Mix) -> String {
                    mix.csv has which.";
     format!(
         "<p>{} {} No seed scores what it chose. The interval covers choice and scoring.</p>\n<div class=\"scroll\">\n{}</div>\n",
-        escape(&text::mixed(data, mix)),
+        escape(&mixed(data, mix)),
         escape(&smaller.join(" ")),
         columns.table(rows).html(caption)
     )

@@ -7,6 +7,7 @@
 pub mod across;
 pub mod csv;
 pub mod figures;
+pub mod findings;
 pub mod format;
 mod html;
 pub mod leaderboard;
