@@ -1,6 +1,9 @@
 """Opens pages in Chromium: nothing may complain, load anything, be wider than the window, or link to nothing.
 
-    python scripts/browser.py FOLDER PAGE...     FOLDER gets a screenshot of each page
+    python scripts/browser.py FOLDER PAGE...     FOLDER gets a screenshot and PDF files of each page
+
+On paper (A4 and Letter; landscape where the page asks for it) no column may be cut off, and an intersection has two sheets at
+most.
 
 Exits with 1 where a page has a fault.
 """
@@ -15,6 +18,11 @@ from playwright.sync_api import sync_playwright
 LINKS = "() => [...document.querySelectorAll('a[href]')].map((a) => a.getAttribute('href'))"
 THERE = "(id) => document.getElementById(id) !== null"
 WIDE = "() => document.documentElement.scrollWidth"
+FURTHEST = "() => Math.max(...[...document.querySelectorAll('th, td, .box, svg')].map((e) => e.getBoundingClientRect().right))"
+LANDSCAPE = "() => /@page \\{ size: landscape/.test(document.head.textContent)"
+# Height and width within the margins, CSS pixels: 96 an inch, 25.4 mm.
+PAPER = {"A4": (297, 210), "Letter": (279.4, 215.9)}
+MARGINS_MM = 2 * 10
 
 
 def faults_of(browser, path, picture):
@@ -41,6 +49,27 @@ def faults_of(browser, path, picture):
     return found
 
 
+def faults_on_paper(browser, path, pdf):
+    """Margins are those of the sheets; a page in portrait has wider ones, and figures that shrink."""
+    found = []
+    page = browser.new_page()
+    page.goto(path.resolve().as_uri())
+    page.emulate_media(media="print")
+    landscape = page.evaluate(LANDSCAPE)
+    for name, (long_mm, short_mm) in PAPER.items():
+        width_mm = (long_mm if landscape else short_mm) - MARGINS_MM
+        page.set_viewport_size({"width": int(width_mm / 25.4 * 96), "height": 900})
+        wide, has = page.evaluate(FURTHEST), page.viewport_size["width"]
+        if landscape and wide > has + 1:
+            found.append(f"on {name} columns end at {wide:.0f} px, the paper at {has}")
+        page.pdf(path=pdf.with_suffix(f".{name}.pdf"), format=name, landscape=landscape, print_background=True)
+        sheets = pdf.with_suffix(f".{name}.pdf").read_bytes().count(b"/Type /Page\n")
+        if path.parent.name == "intersections" and sheets > 2:
+            found.append(f"on {name} it takes {sheets} sheets")
+    page.close()
+    return found
+
+
 def main():
     folder, pages = Path(sys.argv[1]), [Path(page) for page in sys.argv[2:]]
     folder.mkdir(parents=True, exist_ok=True)
@@ -49,7 +78,8 @@ def main():
         chromium = shutil.which("chromium") or sys.exit("chromium is missing")
         browser = playwright.chromium.launch(executable_path=chromium, args=["--disable-dev-shm-usage"])
         for path in pages:
-            found = faults_of(browser, path, folder / ("-".join(path.with_suffix(".png").parts)))
+            picture = folder / "-".join(path.with_suffix(".png").parts)
+            found = faults_of(browser, path, picture) + faults_on_paper(browser, path, picture)
             failed += len(found)
             print(f"{path}: {len(found) or 'no'} faults", *found[:10], sep="\n  ")
         browser.close()

@@ -31,6 +31,11 @@ short="--eval-seeds 2 --set demand.horizon_s=120 --quiet"
 "$binary" run smoke $short --episodes 6 --methods baseline,fixed-time,max-pressure,idqn --out run
 "$binary" run cartpole --methods ppo --set ppo.total_steps=4096 --budget 4 --quiet --out carts
 "$binary" report run --against fixed-time >/dev/null
+cp "$repository/crates/signals/tests/utdf/two-signals.csv" .
+"$binary" build-networks --utdf two-signals.csv --quiet --out street
+# shellcheck disable=SC2086
+"$binary" run street $short --preset field --budget all --methods existing,nema,fixed-time --out engineer
 "$binary" build-networks --osm "$repository/osm-signals/tests/networks/four_arms/input.osm" --quiet --out city
 "$venv/bin/python" "$repository/scripts/browser.py" screenshots run/report/index.html \
-    run/report/against-fixed-time/index.html carts/report/index.html city/quality.html
+    run/report/against-fixed-time/index.html carts/report/index.html city/quality.html \
+    engineer/report/index.html engineer/report/intersections/i0001.html engineer/report/plans/i0001.html

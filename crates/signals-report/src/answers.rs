@@ -9,6 +9,7 @@ use evaluation::store::manifest::PointRow;
 use signals::control::{existing, program};
 use signals::existing::Control;
 use signals::network_files::GENERATED;
+use signals::trial::PEDESTRIAN_DELAY;
 
 /// Returns the method that does what signals do today: the plans that were given, or the programs of SUMO scenarios of
 /// somebody's own.
@@ -27,10 +28,7 @@ pub(super) fn today(data: &Analysis) -> Option<&'static str> {
 /// counted.
 pub(super) fn gain(data: &Analysis) -> Option<String> {
     let identity = &data.manifest.identity;
-    let of_today = today(data).and_then(|name| data.methods.iter().find(|m| m.method == name));
-    let reference =
-        of_today.filter(|m| m.rank.is_some()).map(|m| m.index).or(data.reference.index)?;
-    let best = data.best()?.index;
+    let [best, reference] = compared(data)?;
     let intersections = data.family_instances()?;
     let horizon_s = demand::horizon_s(identity)?;
     let saved = |p: &PointSummary| {
@@ -62,6 +60,32 @@ pub(super) fn gain(data: &Analysis) -> Option<String> {
         });
     }
     Some(text + ".")
+}
+
+/// Returns the positions of the best method and of what it is compared with.
+fn compared(data: &Analysis) -> Option<[usize; 2]> {
+    let of_today = today(data).and_then(|name| data.methods.iter().find(|m| m.method == name));
+    let of_today = of_today.filter(|m| m.rank.is_some()).map(|m| m.index);
+    Some([data.best()?.index, of_today.or(data.reference.index)?])
+}
+
+/// Says what the best method does to people on foot; `None` where they do not count on every point MDP.
+pub(super) fn on_foot(data: &Analysis) -> Option<String> {
+    let [best, reference] = compared(data)?;
+    let delay_s = |method: usize| {
+        let of = |p: &PointSummary| {
+            Some((p.weight, *p.results[method].as_ref()?.metrics.get(PEDESTRIAN_DELAY)?))
+        };
+        weighted_mean(data.points.iter().map(of).collect::<Option<Vec<_>>>()?)
+    };
+    let (own_s, other_s) = (delay_s(best)?, delay_s(reference)?);
+    let [own, other] = [best, reference].map(|m| &data.manifest.identity.methods[m]);
+    let change = match own_s - other_s {
+        _ if best == reference => String::new(),
+        more if more >= 0.0 => format!(", {more:.1} s more than under {other}"),
+        less => format!(", {:.1} s less than under {other}", -less),
+    };
+    Some(format!("People on foot wait {own_s:.1} s under {own}{change}."))
 }
 
 /// Whether a method runs a coordinated plan on a point MDP that is simulated without its street.

@@ -188,6 +188,7 @@ mod tests {
             queue_50_veh: 0.0,
             queue_95_veh: 0.0,
             storage_m: None,
+            crosswalk_delay_s: None,
             supply: Some(Supply {
                 group: group.to_owned(),
                 lanes: lanes[0],

@@ -26,6 +26,9 @@ pub(crate) const TABLE: &str = "corridors.csv";
 const FEW: usize = 8;
 const MOST_ROWS: usize = 60;
 
+/// Vehicles below which a mean is marked.
+const FEW_VEHICLES: u32 = 30;
+
 /// Cycles that the diagram shows.
 const CYCLES: f64 = 2.0;
 
@@ -62,9 +65,10 @@ fn columns(Seen { data, shown }: Seen<'_>) -> Columns<'_, Row<'_>> {
         street.stops.iter().map(|stop| stop.signal.as_str()).collect::<Vec<_>>().join(" ")
     };
     let title = |task: &OfTask<ByStreet>| data.points.get(task.point).map(|p| shown.title(&p.row));
-    let vehicles = |street: &StreetResult| {
-        let all: u32 = street.episodes.iter().map(|e| e.vehicles).sum();
-        f64::from(all) / street.episodes.len().max(1) as f64
+    let all_vehicles =
+        |street: &StreetResult| street.episodes.iter().map(|e| e.vehicles).sum::<u32>();
+    let vehicles = move |street: &StreetResult| {
+        f64::from(all_vehicles(street)) / street.episodes.len().max(1) as f64
     };
     let mut columns = Columns::new()
         .text("point", "", move |r: &Row<'_>| point(r.0).clone())
@@ -87,7 +91,9 @@ fn columns(Seen { data, shown }: Seen<'_>) -> Columns<'_, Row<'_>> {
         let cell = move |row: &Row<'_>| {
             let all = over(row);
             let interval = all.map(|(_, low, high)| format!("{low:.digits$} to {high:.digits$}"));
-            Cell::number(all.map(|all| all.0), |mean| format!("{mean:.digits$}")).above(interval)
+            let mark = if all_vehicles(row.1) < FEW_VEHICLES { " *" } else { "" };
+            Cell::number(all.map(|all| all.0), |mean| format!("{mean:.digits$}{mark}"))
+                .above(interval)
         };
         columns = columns
             .column(name, heading, cell)
@@ -118,7 +124,9 @@ pub(crate) fn values(seen: Seen<'_>, diagram: Option<&str>) -> Option<Value> {
     rows.sort_by_key(|row| (row.0.point, number(row)));
     rows.truncate(MOST_ROWS);
     let caption = "Means over the evaluation seeds with 95% intervals";
-    Some(context! { table => columns(seen).table(rows).html(caption), diagram, most => MOST_ROWS })
+    Some(
+        context! { table => columns(seen).table(rows).html(caption), diagram, most => MOST_ROWS, few => FEW_VEHICLES },
+    )
 }
 
 /// Draws the time-space diagram of the plan that is worth looking at.

@@ -65,7 +65,10 @@ const SHARES: [Share; 2] = [
 
 /// What is measured of traffic beside the objective.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct TrafficMeasures;
+pub struct TrafficMeasures {
+    /// Whether vehicles pass several signals: their delay is then no level of service of an intersection.
+    pub several_signals: bool,
+}
 
 impl Measures for TrafficMeasures {
     fn kept_start(&self, details: &BTreeMap<String, String>) -> Option<bool> {
@@ -73,11 +76,12 @@ impl Measures for TrafficMeasures {
     }
 
     fn regimes(&self, objective: &str) -> &'static [Regime] {
-        if objective == DELAY { &REGIMES } else { &[] }
+        if objective == DELAY && !self.several_signals { &REGIMES } else { &[] }
     }
 
     fn regime(&self, objective: &str, baseline: &Metrics) -> Option<usize> {
-        let delay_s = baseline.get(DELAY).filter(|_| objective == DELAY)?;
+        let has_levels = !self.regimes(objective).is_empty();
+        let delay_s = baseline.get(DELAY).filter(|_| has_levels)?;
         Some(if letter(*delay_s) == 'F' { AT_F } else { 0 })
     }
 

@@ -75,6 +75,10 @@ pub(crate) fn table(seen: Seen<'_>) -> String {
         .file("hcm_delay_s", |(.., c)| Cell::exact(c.and_then(|c| c.delay_s)))
         .file("storage_m", |(_, m, _)| Cell::exact(m.storage_m))
         .file("queue_storage_ratio", |(_, m, _)| Cell::exact(queue_ratio(m)));
+    // Only where people on foot count.
+    if shown.movements.iter().flat_map(|t| &t.results).any(|m| m.crosswalk_delay_s.is_some()) {
+        columns = columns.file("crosswalk_delay_s", |(_, m, _)| Cell::exact(m.crosswalk_delay_s));
+    }
     if let Some(titles) = &titles {
         columns = columns.text("title", "", |(task, ..)| titles[task.point].clone());
     }

@@ -28,7 +28,8 @@ use evaluation::stats::score::mean;
 use signals::existing::ExistingPlan;
 use signals::family::load::id_of_intersection;
 use signals::movement_results::MovementResult;
-use signals::places::DrawnIntersection;
+use signals::places::{DrawnArm, DrawnIntersection};
+use signals::trial::PEDESTRIAN_DELAY;
 
 /// Name of the folder within the report.
 pub(super) const FOLDER: &str = "intersections";
@@ -192,6 +193,30 @@ fn number(value: Option<f64>) -> String {
     }
 }
 
+/// Returns the delay at each crosswalk under some methods, over all trainings; nothing where people on foot do not count.
+fn crosswalks(
+    seen: Seen<'_>,
+    c: &Compared,
+    methods: &[usize],
+    drawn: &DrawnIntersection,
+) -> Vec<Value> {
+    let delay = |method: &usize, edge: &str| {
+        let own = seen.shown.movements.iter();
+        let own = own.filter(|t| (t.point, t.method) == (c.point, *method));
+        let of_task =
+            |results: &[MovementResult]| results.iter().find(|m| m.from == edge)?.crosswalk_delay_s;
+        mean(&own.map(|task| of_task(&task.results)).collect::<Option<Vec<_>>>()?)
+    };
+    let of_arm = |arm: &DrawnArm| {
+        let delays: Vec<Option<f64>> = methods.iter().map(|m| delay(m, &arm.edge)).collect();
+        let text = |delay: &Option<f64>| delay.map_or("-".to_owned(), |s| format!("{s:.0}"));
+        let is_known = delays.iter().any(Option::is_some);
+        let cells: Vec<String> = delays.iter().map(text).collect();
+        is_known.then(|| context! { name => arm.name.as_str(), cells })
+    };
+    drawn.arms.iter().filter_map(of_arm).collect()
+}
+
 fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
     let Seen { data, .. } = seen;
     let identity = &data.manifest.identity;
@@ -215,6 +240,7 @@ fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
         method => identity.methods[method].clone(),
         delay,
         level => letter(result.objective).to_string(),
+        on_foot => result.metrics.get(PEDESTRIAN_DELAY).map(|s| format!("{s:.1}")),
         change => change(data, c, method).map(|change| with_width(change, true)),
         probability,
         stops => stops(seen, c.point, method).map(|stops| format!("{stops:.2}")),
@@ -305,7 +331,7 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
     let mut is_whole = true;
     let periods: Vec<Value> = all
         .iter()
-        .map(|(c, _)| {
+        .map(|(c, drawn)| {
             let mut methods = vec![c.reference];
             for method in [c.best, c.runner_up].into_iter().flatten() {
                 if !methods.contains(&method) {
@@ -335,6 +361,8 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
                 hours => c.hours.map(seconds),
                 rows,
                 movements => movements::point(seen, c.point, None),
+                crosswalks => crosswalks(seen, c, &methods, drawn),
+                methods => methods.iter().map(|m| identity.methods[*m].clone()).collect::<Vec<_>>(),
                 plans => shown_plans.into_iter().map(|told| plan(seen, told)).collect::<Vec<_>>(),
             }
         })

@@ -19,7 +19,7 @@ pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
         }
         About::Conditions => limits(data),
         About::Gain => {
-            let said = [answers::gain(data), answers::uncoordinated(data)];
+            let said = [answers::gain(data), answers::on_foot(data), answers::uncoordinated(data)];
             let said: Vec<String> = said.into_iter().flatten().collect();
             (!said.is_empty()).then(|| said.join(" "))
         }

@@ -32,6 +32,7 @@ use evaluation::store::manifest::PointRow;
 use evaluation::store::results::Results;
 use signals::control::registry::METHODS;
 use signals::settings::failure;
+use signals::trial::PEDESTRIAN_DELAY;
 
 /// Tables of intersections.
 const INTERSECTIONS: &str = "intersections.csv";
@@ -51,13 +52,16 @@ type TableText = fn(Seen<'_>) -> String;
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrafficSections {
     shown: Shown,
+    measures: TrafficMeasures,
 }
 
 impl TrafficSections {
     /// Reads what a results directory has beside its records.
     /// Fails with [`StoreError`] when its file of places is damaged.
     pub fn read(layout: &Layout, results: &Results) -> Result<Self, StoreError> {
-        Ok(Self { shown: Shown::read(layout, results)? })
+        let shown = Shown::read(layout, results)?;
+        let measures = TrafficMeasures { several_signals: !shown.streets.is_empty() };
+        Ok(Self { shown, measures })
     }
 
     fn seen<'a>(&'a self, data: &'a Analysis) -> Seen<'a> {
@@ -87,7 +91,7 @@ impl Sections for TrafficSections {
     }
 
     fn measures(&self) -> &dyn Measures {
-        &TrafficMeasures
+        &self.measures
     }
 
     fn words(&self, objective: &str) -> Words {
@@ -143,7 +147,7 @@ impl Sections for TrafficSections {
         [["resco_best", "resco_last_ten"], ["RESCO best", "RESCO last"]]
     }
 
-    fn metrics(&self, table: Table, _: &Analysis) -> Vec<Metric> {
+    fn metrics(&self, table: Table, data: &Analysis) -> Vec<Metric> {
         let metric = |(name, heading, unit): (&str, &str, &str)| Metric {
             name: name.to_owned(),
             heading: heading.to_owned(),
@@ -171,7 +175,10 @@ impl Sections for TrafficSections {
                 (LOSS, "Loss", ""),
             ],
         };
-        columns.into_iter().map(metric).collect()
+        let known = |task: &TaskScore| task.metrics.contains_key(PEDESTRIAN_DELAY);
+        let on_foot = table == Table::Scores && data.tasks.iter().any(known);
+        let on_foot = on_foot.then_some((PEDESTRIAN_DELAY, "On foot", "s per person"));
+        columns.into_iter().chain(on_foot).map(metric).collect()
     }
 
     fn score_columns(&self) -> &'static [&'static str] {
@@ -179,7 +186,8 @@ impl Sections for TrafficSections {
     }
 
     fn score_cells(&self, _: &Analysis, _: &TaskScore, objective: Option<f64>) -> Vec<String> {
-        vec![objective.map_or_else(String::new, |delay_s| letter(delay_s).to_string())]
+        let known = objective.filter(|_| !self.measures.several_signals);
+        vec![known.map_or_else(String::new, |delay_s| letter(delay_s).to_string())]
     }
 
     fn summary_columns(&self, data: &Analysis) -> Vec<(&'static str, String)> {
@@ -205,16 +213,17 @@ impl Sections for TrafficSections {
     }
 
     fn point_columns(&self, _: &Analysis) -> Vec<&'static str> {
-        vec!["Level"]
+        if self.measures.several_signals { Vec::new() } else { vec!["Level"] }
     }
 
     fn point_cells(&self, _: &Analysis, result: &PointResult) -> Vec<String> {
-        vec![letter(result.objective).to_string()]
+        let level = (!self.measures.several_signals).then(|| letter(result.objective).to_string());
+        level.into_iter().collect()
     }
 
     fn figures(&self, data: &Analysis) -> Vec<Figure> {
-        let figures =
-            [levels(data), map::places(self.seen(data)), corridors::diagram(self.seen(data))];
+        let levels = (!self.measures.several_signals).then(|| levels(data)).flatten();
+        let figures = [levels, map::places(self.seen(data)), corridors::diagram(self.seen(data))];
         figures.into_iter().flatten().collect()
     }
 
@@ -240,7 +249,7 @@ impl Sections for TrafficSections {
         let plans =
             plans::values(seen).map(|plans| context! { plans, chosen => data.points.len() });
         let streets = corridors::values(seen, figure("time-space"));
-        let note = Some(context! { level_heads });
+        let note = (!self.measures.several_signals).then(|| context! { level_heads });
         let all = [
             section!("service", "service", "Level of service", service),
             section!("map", "places", "Map", map),

@@ -21,7 +21,13 @@ const SET_BACK_M: f64 = 4.0;
 const SHOWN_M: f64 = 62.0;
 
 /// Room for names around the drawing, metres.
-const ROOM_M: f64 = 9.0;
+const ROOM_M: f64 = 14.0;
+
+/// Height of letters, pixels: 7 pt where the drawing is 3.4 in wide, as on paper.
+const LETTERS_PX: f64 = 15.0;
+
+/// Half the width of a letter, pixels.
+const HALF_LETTER_PX: f64 = 4.2;
 
 /// Where turn arrows are, metres before the stop line.
 const ARROW_M: f64 = 9.0;
@@ -145,10 +151,13 @@ impl Drawing {
         ));
     }
 
-    fn words(&mut self, at: (f64, f64), size_px: f64, style: &str, text: &str) {
-        let ((x, y), text) = (self.px(at), escape(text));
+    /// Writes words around a place, but within the drawing.
+    fn words(&mut self, (x, y): (f64, f64), style: &str, text: &str) {
+        let reach = text.chars().count() as f64 * HALF_LETTER_PX;
+        let most = (SIZE_PX / 2.0 - reach).max(0.0) / self.scale;
+        let ((x, y), text) = (self.px((x.clamp(-most, most), y)), escape(text));
         self.add(format_args!(
-            "<text x=\"{x}\" y=\"{y}\" font-size=\"{size_px}\" fill=\"{INK}\" text-anchor=\"middle\"{style}>{text}</text>"
+            "<text x=\"{x}\" y=\"{y}\" font-size=\"{LETTERS_PX}\" fill=\"{INK}\" text-anchor=\"middle\"{style}>{text}</text>"
         ));
     }
 
@@ -169,7 +178,7 @@ impl Drawing {
             self.arrow(axes, (stop_m + ARROW_M, middle), &arm.lanes[lane]);
             if let Some(long_m) = arm.bay_m(lane).filter(|m| *m < SHOWN_M) {
                 let at = axes.at(stop_m + long_m + 3.0, middle);
-                self.words(at, 9.0, "", &format!("{long_m:.0} m"));
+                self.words(at, "", &format!("{long_m:.0} m"));
             }
         }
         for lane in 1..arm.lanes_out {
@@ -183,24 +192,22 @@ impl Drawing {
             let line = [axes.at(stop_m, 0.1), axes.at(stop_m, arrivals_m - 0.1)];
             self.line(&line, INK, 2.5, "");
         }
-        // Names stay within the drawing, whatever their direction.
         let exits_m = f64::from(arm.lanes_out) * LANE_M;
+        let line_m = (LETTERS_PX + 1.0) / self.scale;
         let is_steep = axes.out.1.abs() > 0.5;
         let (x, y) = match is_steep {
-            true => axes.at(end_m + ROOM_M * 0.45, 0.0),
+            // Two lines have room beyond the end of the street.
+            true if axes.out.1 > 0.0 => axes.at(end_m + line_m, 0.0),
+            true => axes.at(end_m + 1.3 * line_m, 0.0),
             // Beside the street, on the side on which vehicles leave, where two lines have room.
             false => {
                 let (x, y) = axes.at(0.72 * end_m, -exits_m);
-                (x, if axes.right.1 > 0.0 { y - 6.5 } else { y + 4.5 })
+                (x, if axes.right.1 > 0.0 { y - 1.3 * line_m } else { y + line_m })
             }
         };
-        let half = SIZE_PX / 2.0 / self.scale;
-        let scale = self.scale;
-        let reach = |text: &str| text.chars().count() as f64 * 3.1 / scale;
-        let x = |text: &str| x.clamp(-half + reach(text), half - reach(text));
-        self.words((x(&arm.name), y), 11.0, " font-weight=\"600\"", &arm.name);
+        self.words((x, y), " font-weight=\"600\"", &arm.name);
         if !said.is_empty() {
-            self.words((x(said), y + 12.0 / scale), 9.5, "", said);
+            self.words((x, y + line_m), "", said);
         }
     }
 
@@ -235,8 +242,8 @@ impl Drawing {
         let half = SIZE_PX / 2.0 / self.scale;
         let (left, low) = (-half + 3.0, half - 3.0);
         self.line(&[(left, low), (left + BAR_M, low)], INK, 2.0, "");
-        let middle = (left + BAR_M / 2.0, low - 1.6);
-        self.words(middle, 9.0, "", &format!("{BAR_M:.0} m, north is up"));
+        let middle = (left + BAR_M / 2.0, low - 2.4);
+        self.words(middle, "", &format!("{BAR_M:.0} m, north is up"));
     }
 }
 

@@ -39,6 +39,9 @@ pub struct MovementResult {
     /// Length of its turn lanes where they are shorter than the street, metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub storage_m: Option<f64>,
+    /// Mean delay of those who cross its approach, seconds; absent where pedestrians do not count or nobody came.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crosswalk_delay_s: Option<f64>,
     /// What decides its capacity; absent in records of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub supply: Option<Supply>,
@@ -75,6 +78,7 @@ pub fn results(episodes: &[Vec<MovementTotals>]) -> Vec<MovementResult> {
                 all.stops += one.stops;
                 all.queue_veh.extend(&one.queue_veh);
                 all.lights.add(one.lights);
+                all.crosswalk.add(one.crosswalk);
             }
         }
     }
@@ -95,6 +99,7 @@ pub fn results(episodes: &[Vec<MovementTotals>]) -> Vec<MovementResult> {
             queue_50_veh,
             queue_95_veh,
             storage_m: t.storage_m,
+            crosswalk_delay_s: t.crosswalk.delay_s(),
             supply: supply(t),
         }
     };

@@ -24,6 +24,9 @@ pub const DELAY: &str = "delay_s";
 /// Name of the metric that counts the vehicles of an episode, also those that did not enter or arrive.
 pub const VEHICLES: &str = "vehicles_veh";
 
+/// Name of the metric of people on foot, where they count.
+pub const PEDESTRIAN_DELAY: &str = "pedestrian_delay_s";
+
 /// Training episodes over which RESCO's users see a learner's last performance.
 const RESCO_LAST: usize = 10;
 
@@ -254,12 +257,12 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
         ("teleports", f64::from(metrics.counts.teleports)),
         ("collisions", f64::from(metrics.counts.collisions)),
     ];
-    // Only where they push buttons; without anybody nobody waits.
-    let pedestrians = metrics.pedestrians.iter().flat_map(|p| {
-        let wait_s = if p.count > 0 { p.wait_s / f64::from(p.count) } else { 0.0 };
-        [("pedestrians", f64::from(p.count)), ("pedestrian_wait_s", wait_s)]
-    });
-    let all = named.into_iter().chain(pedestrians);
+    let people = [
+        ("pedestrians", metrics.pedestrians.map(f64::from)),
+        (PEDESTRIAN_DELAY, metrics.pedestrian_delay_s),
+    ];
+    let people = people.into_iter().filter_map(|(name, value)| Some((name, value?)));
+    let all = named.into_iter().chain(people);
     Ok(all.map(|(name, value)| (name.to_owned(), value)).collect())
 }
 

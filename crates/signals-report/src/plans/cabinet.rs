@@ -160,6 +160,8 @@ pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
                 Recall::Ped => "pedestrian",
                 Recall::None => "none",
             },
+            dual_entry => phase.dual_entry,
+            inhibit_max => phase.inhibit_max,
         }
     };
     phases.into_iter().map(value).collect()

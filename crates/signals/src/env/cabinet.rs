@@ -291,7 +291,7 @@ mod tests {
                 cabinet.elapse(1);
             }
         }
-        (shown, pedestrians.finish(10.0 * decisions.len() as f64))
+        (shown, pedestrians.finish(10.0 * decisions.len() as f64)[0])
     }
 
     #[test]
@@ -331,7 +331,7 @@ mod tests {
                 cabinet.elapse(1);
             }
         }
-        assert_eq!(pedestrians.finish(200.0), PedestrianTotals { count: 1, wait_s: 128.0 });
+        assert_eq!(pedestrians.finish(200.0)[0], PedestrianTotals { count: 1, wait_s: 128.0 });
         assert_eq!(cabinet.phase, GreenPhase(0), "it has its way again");
     }
 }

@@ -1,7 +1,6 @@
 //! What an episode is judged by.
 
 use super::by_movement::MovementTotals;
-use super::pedestrians::PedestrianTotals;
 use crate::control::EpisodeOutcome;
 use crate::sim::StepCounts;
 use crate::sim::tripinfo::TripTotals;
@@ -14,8 +13,10 @@ pub struct EpisodeMetrics {
     pub trips: TripTotals,
     /// Events during the episode.
     pub counts: StepCounts,
-    /// Those who crossed, where they push buttons.
-    pub pedestrians: Option<PedestrianTotals>,
+    /// How many crossed, where they push buttons.
+    pub pedestrians: Option<u32>,
+    /// Mean delay of people on foot, seconds: of those, or on recall over crosswalks; `None` without any.
+    pub pedestrian_delay_s: Option<f64>,
     /// Mean over decisions of the halting vehicles on all incoming lanes.
     pub queue_veh: f64,
     /// Largest number of halting vehicles at a decision.

@@ -4,6 +4,10 @@
 //! the same ones. Whoever comes while others begin to walk (WALK, 7 s) goes with them; everybody else pushes the
 //! button and waits for the next WALK. Those who still wait at the end count with their wait until then.
 //!
+//! **On recall** nobody pushes a button. The delay of a crosswalk is then that of somebody who comes at any time: over the times
+//! r in which nobody may begin to cross, the sum of r squared over twice the time of the episode, which for a fixed cycle is
+//! the manual's formula (HCM, 6th edition, chapter 19). People begin to cross in WALK and 4 s after it (effective walk time).
+//!
 //! When WALK begins is up to what drives the signal:
 //! - **the cabinet**, which a controller's decisions drive, and **two rings**: when a green that serves a waiting
 //!   crosswalk begins, or at once if it is green and may still last as long as it takes;
@@ -22,6 +26,9 @@ use basics::units::SECONDS_PER_HOUR;
 /// cycle that the Signal Timing Manual (2nd ed., chapter 6) does not want exceeded where people walk. Our choice.
 pub const LONGEST_WAIT_S: f64 = 120.0;
 
+/// Time after WALK in which people still begin to cross, seconds (HCM, chapter 19).
+const AFTER_WALK_S: f64 = 4.0;
+
 /// Those of one crosswalk.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Crossing {
@@ -31,26 +38,49 @@ struct Crossing {
     waiting: Vec<f64>,
     /// Time since WALK began under a program; none while nobody may walk.
     walk_s: Option<u32>,
+    /// Whether somebody may have to wait at it.
+    counts: bool,
+    totals: PedestrianTotals,
+    /// Until when people could last begin to cross, seconds.
+    open_until_s: f64,
+    /// Sum of the squares of the times in which nobody could.
+    closed_s2: f64,
 }
 
 /// Those of one signal.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Pedestrians {
     crossings: Vec<Crossing>,
-    totals: PedestrianTotals,
+    /// When the episode began, seconds.
+    begin_s: f64,
+    /// Whether nobody pushes buttons.
+    recalls: bool,
     /// Of the program, per crosswalk what each phase is to it; empty before its first second.
     walks: Vec<Vec<Walk>>,
     /// The phase of the program in the last second.
     phase: Option<usize>,
 }
 
-/// How many there were, and how long they waited.
+/// How many there were at a crosswalk, and how long they waited; on recall one who comes at any time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PedestrianTotals {
     /// Pedestrians.
     pub count: u32,
     /// Sum of their waits, seconds.
     pub wait_s: f64,
+}
+
+impl PedestrianTotals {
+    /// Adds others.
+    pub fn add(&mut self, other: Self) {
+        self.count += other.count;
+        self.wait_s += other.wait_s;
+    }
+
+    /// Returns the mean delay, seconds; `None` without anybody.
+    pub fn delay_s(self) -> Option<f64> {
+        (self.count > 0).then(|| self.wait_s / f64::from(self.count))
+    }
 }
 
 impl Pedestrians {
@@ -60,11 +90,13 @@ impl Pedestrians {
     ///
     /// * `crossings` — of every crosswalk the edge that it leads over, and people per hour; none where no green ever lets
     ///   anybody cross, or each of the signal's own program does.
+    /// * `recalls` — whether nobody pushes buttons.
     pub fn new(
         crossings: &[Option<(&str, f64)>],
         signal: &str,
         seed: u64,
         (begin_s, end_s): (f64, f64),
+        recalls: bool,
     ) -> Self {
         let crossing = |crossing: &Option<(&str, f64)>| {
             let Some((edge, per_hour)) = crossing else { return Crossing::default() };
@@ -79,9 +111,10 @@ impl Pedestrians {
                 to_come.push(time_s);
             }
             to_come.reverse();
-            Crossing { to_come, ..Crossing::default() }
+            Crossing { to_come, counts: true, open_until_s: begin_s, ..Crossing::default() }
         };
-        Self { crossings: crossings.iter().map(crossing).collect(), ..Self::default() }
+        let crossings = crossings.iter().map(crossing).collect();
+        Self { crossings, begin_s, recalls, ..Self::default() }
     }
 
     /// Returns those who come to each crosswalk at these times.
@@ -89,6 +122,7 @@ impl Pedestrians {
     pub(super) fn of(come_s: &[&[f64]]) -> Self {
         let crossing = |times: &&[f64]| Crossing {
             to_come: times.iter().rev().copied().collect(),
+            counts: true,
             ..Crossing::default()
         };
         Self { crossings: come_s.iter().map(crossing).collect(), ..Self::default() }
@@ -116,11 +150,13 @@ impl Pedestrians {
         (now_s - oldest.1 > LONGEST_WAIT_S).then_some(oldest.0)
     }
 
-    /// Lets those go who wait at a crosswalk.
+    /// Lets those go who wait at a crosswalk, which has WALK for a second.
     pub fn go(&mut self, crossing: usize, now_s: f64) {
-        for came_s in self.crossings[crossing].waiting.drain(..) {
-            self.totals.count += 1;
-            self.totals.wait_s += now_s - came_s;
+        let own = &mut self.crossings[crossing];
+        own.closed_s2 += (now_s - own.open_until_s).max(0.0).powi(2);
+        own.open_until_s = now_s + 1.0 + AFTER_WALK_S;
+        for came_s in own.waiting.drain(..) {
+            own.totals.add(PedestrianTotals { count: 1, wait_s: now_s - came_s });
         }
     }
 
@@ -150,11 +186,16 @@ impl Pedestrians {
         }
     }
 
-    /// Returns the totals at the end of the episode.
-    pub fn finish(&mut self, now_s: f64) -> PedestrianTotals {
+    /// Returns the totals at the end of the episode, per crosswalk.
+    pub fn finish(&mut self, now_s: f64) -> Vec<PedestrianTotals> {
         self.arrive(now_s);
         (0..self.crossings.len()).for_each(|crossing| self.go(crossing, now_s));
-        self.totals
+        let twice_s = 2.0 * (now_s - self.begin_s);
+        let of = |own: &Crossing| match self.recalls && own.counts {
+            true => PedestrianTotals { count: 1, wait_s: own.closed_s2 / twice_s },
+            false => own.totals,
+        };
+        self.crossings.iter().map(of).collect()
     }
 }
 
@@ -184,7 +225,7 @@ mod tests {
 
     fn hours(hours: f64, seed: u64, per_hour: f64) -> Pedestrians {
         let crossings = [Some(("a", per_hour)), None, Some(("b", per_hour))];
-        Pedestrians::new(&crossings, "c", seed, (0.0, 3600.0 * hours))
+        Pedestrians::new(&crossings, "c", seed, (0.0, 3600.0 * hours), false)
     }
 
     #[test]
@@ -213,6 +254,10 @@ mod tests {
             pedestrians.second_of_program(phase, &program, &timing, now_s);
         }
         // From 3 to 10 s, not at all, and from 25 s to the end.
-        assert_eq!(pedestrians.finish(30.0), PedestrianTotals { count: 3, wait_s: 12.0 });
+        let mut on_recall = Pedestrians { recalls: true, ..pedestrians.clone() };
+        assert_eq!(pedestrians.finish(30.0)[0], PedestrianTotals { count: 3, wait_s: 12.0 });
+        // Nobody may begin to cross for 10 s, and for the last 9: 7 s of WALK and 4 s after it.
+        let delay_s = on_recall.finish(30.0)[0].delay_s();
+        assert_eq!(delay_s, Some((10.0_f64.powi(2) + 9.0_f64.powi(2)) / 60.0));
     }
 }

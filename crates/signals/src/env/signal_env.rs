@@ -58,7 +58,7 @@ pub struct SignalEnv<S> {
     cabinets: Vec<Option<Cabinet>>,
     /// Of the signals that run in two rings.
     rings: Vec<Option<DualRing>>,
-    /// Who wants to cross at each signal, where they push buttons.
+    /// Who wants to cross at each signal, where they push buttons; on recall what WALK they have.
     pedestrians: Vec<Option<Pedestrians>>,
     seed: u64,
     /// What signals that run no program show.
@@ -207,12 +207,14 @@ impl<S: Sim> SignalEnv<S> {
         self.scene.signals.iter().zip(self.told.iter().flatten()).filter_map(program).collect()
     }
 
-    /// Returns who wants to cross at each signal; none where they push no buttons.
+    /// Returns who wants to cross at each signal; on recall only for evaluation, as nobody then pushes a button.
     fn draw_pedestrians(&self) -> Vec<Option<Pedestrians>> {
-        let per_hour = self.signal_settings.pedestrian_calls_per_h;
-        let span_s = (self.world.begin_s, self.world.end_s);
+        let pushes = self.signal_settings.pedestrian_calls_per_h;
+        let (per_hour, span_s) = (pushes.unwrap_or(0.0), (self.world.begin_s, self.world.end_s));
         let of = |(info, signal): (&SignalInfo, &DerivedSignal)| {
-            let per_hour = per_hour.filter(|_| signal.timing.crossings() > 0)?;
+            if signal.timing.crossings() == 0 || pushes.is_none() && !self.collects_movements {
+                return None;
+            }
             let of_edge =
                 |edge: &str| self.world.pedestrians.get(edge).copied().unwrap_or(per_hour);
             let may_wait = |crossing: usize| {
@@ -223,7 +225,7 @@ impl<S: Sim> SignalEnv<S> {
             let edges = edges.into_iter().enumerate().map(|(i, edge)| may_wait(i).then_some(edge));
             let crossings: Vec<Option<(&str, f64)>> =
                 edges.map(|edge| edge.map(|edge| (edge, of_edge(edge)))).collect();
-            Some(Pedestrians::new(&crossings, &info.id, self.seed, span_s))
+            Some(Pedestrians::new(&crossings, &info.id, self.seed, span_s, pushes.is_none()))
         };
         self.scene.signals.iter().zip(&self.signals).map(of).collect()
     }
@@ -616,13 +618,18 @@ impl<S: Sim> SignalEnv<S> {
         let start = Instant::now();
         self.sim.close()?;
         self.simulator += start.elapsed();
-        let mut pedestrians = None;
-        for of_signal in self.pedestrians.iter_mut().flatten() {
-            let totals: &mut PedestrianTotals = pedestrians.get_or_insert_default();
-            let own = of_signal.finish(self.time_s);
-            totals.count += own.count;
-            totals.wait_s += own.wait_s;
+        let mut people = PedestrianTotals::default();
+        for (info, of_signal) in self.scene.signals.iter().zip(&mut self.pedestrians) {
+            let own = of_signal.iter_mut().flat_map(|own| own.finish(self.time_s));
+            for (edge, own) in approach_edges(&self.scene, info).into_iter().zip(own) {
+                people.add(own);
+                if let Some(by_movement) = &mut self.by_movement {
+                    by_movement.cross(&info.id, edge, own);
+                }
+            }
         }
+        let pushes = self.signal_settings.pedestrian_calls_per_h.is_some()
+            && self.pedestrians.iter().any(Option::is_some);
         let path = self.scratch.join("tripinfo.xml");
         let (totals, trips) = tripinfo::read(&path)?;
         let movements = match (&mut self.by_movement, &self.world.ways) {
@@ -636,7 +643,8 @@ impl<S: Sim> SignalEnv<S> {
             movements,
             streets: self.along.take().map(Along::finish).unwrap_or_default(),
             counts: self.counts,
-            pedestrians,
+            pedestrians: pushes.then_some(people.count),
+            pedestrian_delay_s: people.delay_s(),
             queue_veh: self.queue_sum / f64::from(self.decisions.max(1)),
             max_queue_veh: self.queue_max,
             lane_flow_vph: self

@@ -356,7 +356,7 @@ impl ExistingPlan {
                 }
                 Control::Pretimed if is_empty => {
                     "is for pedestrians alone: a fixed cycle keeps its time, but nobody walks in it, so do not compare \
-                     pedestrian_wait_s"
+                     pedestrian_delay_s"
                 }
                 _ if is_empty => {
                     "is for pedestrians alone, and serves the crosswalks beside which no other phase has a walk"

@@ -269,7 +269,12 @@ impl DualRing {
 
     /// Returns the phases whose crosswalks show WALK.
     fn walking(&self) -> impl Iterator<Item = usize> + '_ {
-        let walks = |g: &&Green| g.walk.is_some_and(|(began_s, _)| g.for_s - began_s < WALK_S);
+        // On recall a walk begins with every green.
+        let recalls = self.timing.recalls_pedestrians();
+        let walks = move |g: &&Green| {
+            let began_s = g.walk.map(|(began_s, _)| began_s).or(recalls.then_some(0));
+            began_s.is_some_and(|began_s| g.for_s - began_s < WALK_S)
+        };
         self.greens().filter(walks).map(|green| green.phase)
     }
 
