@@ -105,7 +105,7 @@ impl Survey {
         let way_out = match middle {
             _ if middle < THOUSANDS => "if they are in thousands, multiply them by 1000",
             _ if middle < HOURLY => {
-                "if they are of an hour, divide them by its share of the day (traffic.hourly_share)"
+                "if they are of an hour, divide them by its share of the day (family.hourly_share)"
             }
             _ => return None,
         };

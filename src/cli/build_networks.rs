@@ -34,7 +34,7 @@ Examples:
   tsc-family build-networks networks/my-city --existing plans.csv --out networks/with-plans
   tsc-family build-networks networks/my-city --turning-counts counts.csv --period am=07:00-09:00 \
       --period pm=16:00-18:00 --out networks/counted
-  sumo-gui -c networks/salt-lake-city/by-hash/*/L4-S30-D300-Q500-l0-r0.sumocfg")]
+  sumo-gui -c networks/salt-lake-city/L4-S30-D300-Q500-l0-r0/*.sumocfg")]
 pub struct BuildNetworksArgs {
     /// The scenario
     #[command(flatten)]

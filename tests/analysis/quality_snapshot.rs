@@ -9,7 +9,6 @@ use osm_signals::intersections::Skip;
 use osm_signals::oddities::Oddities;
 use osm_signals::traffic::InflowSource;
 use tsc_family::traffic::city::InputFile;
-use tsc_family::traffic::city::config::DesignHour;
 use tsc_family::traffic::city::quality::{MATCHED, Provenance, Quality, SkipCount, Spot};
 use tsc_family::traffic::city::sites::Reason;
 use tsc_family::traffic::city::surroundings::Drawing;
@@ -29,8 +28,6 @@ fn spot(id: &str, streets: &str, known: f64) -> Spot {
         inflow_sources: vec![InflowSource::Default; 3],
         signals: 2,
         known,
-        list_distance_m: None,
-        count_distance_m: None,
         flags: match known > 0.0 {
             true => vec![],
             false => vec!["two arms less than 25 degrees apart", "cut by the extract"],
@@ -61,7 +58,9 @@ fn plain() -> Quality {
         intersections: 2,
         approaches: 8,
         point_mdps: 2,
-        demand: DesignHour { hourly_share: 0.09, directional_split: 0.55, peak_heading_deg: 45.0 },
+        hourly_share: 0.09,
+        directional_split: 0.55,
+        peak_heading_deg: 45.0,
         skipped: vec![skip(Skip::Border, 4, &[11, 12]), skip(Skip::NotOnStreet, 1, &[13])],
         provenance: vec![
             rests_on("lanes", 0.75, 0.25),

@@ -129,7 +129,7 @@ fn greens_that_differ_in_lefts_count_all_movements_and_one_for_pedestrians_is_le
     let line: serde_json::Value = serde_json::from_str(&signals(&config, "--json")).unwrap();
     assert_eq!(line["greens_without_vehicles"], serde_json::json!(["rrrrrrG"]));
     assert_eq!(line["phases"].as_array().unwrap().len(), 3);
-    assert_eq!(line["warnings"][0]["kind"], "no-vehicles");
+    assert_eq!(line["warnings"][0]["about"], "rrrrrrG");
 
     let folder = config.parent().unwrap();
     let args = format!("run --sumocfg {} --methods max-pressure --dry-run", config.display());

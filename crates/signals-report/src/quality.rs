@@ -169,13 +169,12 @@ fn headline(q: &Quality) -> String {
 
 /// Returns the summary: how many signals are used, what demand rests on, what is weakest.
 fn sentences(q: &Quality) -> Vec<String> {
-    let d = q.demand;
     let inflow = inflow(q).map(|p| [p.tagged, p.spread, p.imputed, p.default]);
     let mut sentences = vec![
         used(q),
         format!(
             "Demand: {}; inflows: {}.",
-            demand::hour(d.hourly_share, d.directional_split, d.peak_heading_deg),
+            demand::hour(q.hourly_share, q.directional_split, q.peak_heading_deg),
             demand::sources(inflow.unwrap_or_default())
         ),
     ];

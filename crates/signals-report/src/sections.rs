@@ -121,7 +121,7 @@ impl Sections for TrafficSections {
     }
 
     fn happened(&self, data: &Analysis) -> Vec<String> {
-        happened(data)
+        happened(data, &self.shown.standing)
     }
 
     fn says(&self, about: About, data: &Analysis) -> Option<String> {

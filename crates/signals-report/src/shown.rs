@@ -15,6 +15,7 @@ use signals::movement_results::MovementResult;
 use signals::places::{DrawnIntersection, MappedIntersection, Places};
 use signals::program::{PHASES, ProgramKind, SignalProgram};
 use signals::street_results::ByStreet;
+use signals::trial::STANDING;
 
 /// Intersections of a point MDP that are named; more are counted.
 const NAMED: usize = 3;
@@ -34,6 +35,8 @@ pub(super) struct Shown {
     pub(super) movements: Vec<OfTask<Vec<MovementResult>>>,
     /// Results by street of every finished task that has them, in the order of the plan.
     pub(super) streets: Vec<OfTask<ByStreet>>,
+    /// Which vehicle stood for long, where one did.
+    pub(super) standing: Vec<OfTask<String>>,
 }
 
 /// What a finished task has: the positions of its method and point MDP in the manifest, its training, and results.
@@ -156,6 +159,7 @@ impl Shown {
             movements: parts(results, |summary| {
                 summary.parts.read().ok().filter(|all: &Vec<MovementResult>| !all.is_empty())
             }),
+            standing: parts(results, |summary| summary.details.get(STANDING).cloned()),
             streets: parts(results, |summary| {
                 summary.parts.read().ok().filter(|all: &ByStreet| !all.streets.is_empty())
             }),

@@ -1,7 +1,7 @@
 //! The environment of a point MDP: its files, checked, and the signals they describe.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
@@ -136,7 +136,6 @@ pub fn planned_world(
         return Ok((World { day_plan, ..World::of(intake)? }, held));
     }
     let files = NetworkFiles::new(networks, &point.point, point.sha256.clone());
-    held.keep(&files.folder);
     for ending in FILE_ENDINGS {
         let name = file_name(&point.point, ending);
         held.add(&files.folder.join(&name), point.sha256.get(&name))?;
@@ -171,19 +170,12 @@ pub fn hash_scenario(intake: &Intake) -> Result<BTreeMap<String, String>, Traffi
 pub struct InputFiles {
     /// Path, sha256 and stamp of each.
     files: Vec<(PathBuf, String, Stamp)>,
-    /// Keeps those who tidy up from removing the folder.
-    lock: Option<File>,
 }
 
 /// What changes when a file is written or exchanged for another: device, inode, bytes, and when it was modified.
 type Stamp = (u64, u64, u64, i64, i64);
 
 impl InputFiles {
-    /// Keeps others from removing a folder while this lives, where the file system has locks.
-    pub fn keep(&mut self, folder: &Path) {
-        self.lock = File::open(folder).ok().filter(|file| file.try_lock_shared().is_ok());
-    }
-
     /// Compares a file with the plan, and holds on to it.
     /// * `sha256` — as planned; `None` where the plan does not have the file.
     ///
@@ -288,12 +280,11 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_held_is_missed_where_it_goes_and_its_folder_is_kept() {
+    fn a_file_that_is_held_is_missed_where_it_goes() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.xml");
         fs::write(&path, "<a/>").unwrap();
         let mut held = InputFiles::default();
-        held.keep(folder.path());
         held.add(&path, Some(&sha256(b"<a/>"))).unwrap();
         held.verify().unwrap();
         for planned in [None, Some(&sha256(b"<b/>"))] {
@@ -303,9 +294,5 @@ mod tests {
         fs::remove_file(&path).unwrap();
         let e = held.verify().unwrap_err().to_string();
         assert!(e.contains("a.xml: the file was deleted"), "{e}");
-        let other = File::open(folder.path()).unwrap();
-        assert!(other.try_lock().is_err());
-        drop(held);
-        other.try_lock().unwrap();
     }
 }

@@ -10,7 +10,7 @@ use super::environment::InputFiles;
 use super::movement_results;
 use super::program::PHASES;
 use super::sim::{Sim, SimError};
-use super::street_results::{ByStreet, StreetResult};
+use super::street_results::ByStreet;
 use basics::files::numbers::is_usable;
 use evaluation::run::domain::{Course, Policy, Trial};
 use evaluation::run::fault::TrialError;
@@ -27,6 +27,9 @@ pub const VEHICLES: &str = "vehicles_veh";
 /// Name of the metric of people on foot, where they count.
 pub const PEDESTRIAN_DELAY: &str = "pedestrian_delay_s";
 
+/// Name of the detail that says which vehicle stood for [`STANDING_S`](super::env::standing::STANDING_S) or longer.
+pub const STANDING: &str = "standing";
+
 /// Training episodes over which RESCO's users see a learner's last performance.
 const RESCO_LAST: usize = 10;
 
@@ -41,12 +44,14 @@ pub struct SignalTrial<S> {
     /// What the evaluation episodes so far are made of.
     movements: Vec<Vec<MovementTotals>>,
     streets: ByStreet,
+    standing: Option<String>,
 }
 
 impl<S> SignalTrial<S> {
     /// Returns a controller on signals.
     pub fn new(env: SignalEnv<S>, controller: Box<dyn Controller>, held: InputFiles) -> Self {
-        Self { env, controller, held, movements: Vec::new(), streets: ByStreet::default() }
+        let (movements, streets) = (Vec::new(), ByStreet::default());
+        Self { env, controller, held, movements, streets, standing: None }
     }
 }
 
@@ -60,9 +65,11 @@ impl<S: Sim> Trial for SignalTrial<S> {
         self.env.collects_movements = true;
         let played = played(&mut self.env, self.controller.as_mut(), seed);
         self.env.collects_movements = false;
-        let (metrics, movements, streets) = played?;
-        self.movements.push(movements);
-        self.streets.add(streets);
+        let (metrics, parts) = played?;
+        self.movements.push(parts.movements);
+        self.streets.add(parts.streets);
+        let standing = parts.standing.map(|text| format!("{text} with the seed {seed}"));
+        self.standing = self.standing.take().or(standing);
         Ok(metrics)
     }
 
@@ -76,7 +83,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
 
     /// Another policy is evaluated from here on.
     fn load(&mut self, model: &Archive) -> Result<(), TrialError> {
-        (self.movements, self.streets) = (Vec::new(), ByStreet::default());
+        (self.movements, self.streets, self.standing) = (Vec::new(), ByStreet::default(), None);
         Ok(self.controller.load(model.clone())?)
     }
 
@@ -84,11 +91,12 @@ impl<S: Sim> Trial for SignalTrial<S> {
         resco(rows)
     }
 
-    /// What the controller says, and the phases of signals that run in two rings.
+    /// What the controller says, the phases of signals that run in two rings, and who stood for long.
     fn details(&self) -> BTreeMap<String, String> {
         let mut details = self.controller.details();
         let rings = self.env.dual_rings();
         details.extend(rings.map(|(signal, phases)| (format!("{PHASES}{signal}"), phases)));
+        details.extend(self.standing.iter().map(|text| (STANDING.to_owned(), text.clone())));
         details
     }
 
@@ -118,19 +126,17 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 }
 
-/// Plays the episode of a seed and returns its metrics by name, and what it is made of.
+/// Plays the episode of a seed and returns its metrics by name, and all that it is judged by.
 fn played<S: Sim>(
     env: &mut SignalEnv<S>,
     controller: &mut dyn Controller,
     seed: u64,
-) -> Result<(Metrics, Vec<MovementTotals>, Vec<StreetResult>), TrialError> {
-    let mut metrics = run_episode(env, controller, seed).map_err(|e| match e {
+) -> Result<(Metrics, EpisodeMetrics), TrialError> {
+    let metrics = run_episode(env, controller, seed).map_err(|e| match e {
         EpisodeError::Sim(e) => TrialError::from(e),
         EpisodeError::Control(e) => e.into(),
     })?;
-    let movements = std::mem::take(&mut metrics.movements);
-    let streets = std::mem::take(&mut metrics.streets);
-    Ok((named(&metrics, seed)?, movements, streets))
+    Ok((named(&metrics, seed)?, metrics))
 }
 
 /// What a controller has learned so far, on the signals on which it trains.

@@ -45,7 +45,7 @@ use crate::family::load::{LoadedScenario, from_text};
 use crate::network::build::{BuildOptions, build_all, one_green};
 use crate::network::intersection::intersections;
 use crate::settings::check::check as check_settings;
-use crate::settings::{Detail, InflowSources, Scenario, SixFeatures};
+use crate::settings::{Detail, InflowSources, NORTH_EAST_DEG, Scenario, SixFeatures};
 use crate::turning::{Period, TurningCounts, without_zero_pedestrians};
 use basics::files::{FileError, beneath, lines, write_atomically};
 use basics::hash::sha256;
@@ -55,6 +55,13 @@ use evaluation::settings::overrides::Override;
 use evaluation::settings::wording::explain;
 
 /// What a scenario file says of its demand.
+/// Share of the day's traffic in the hour (K), and of that in the peak direction of a two-way street (D), where counts are
+/// totals of both directions.
+///
+/// Source: a design hour on urban streets, Highway Capacity Manual; FDOT's standard K factor of urban arterials.
+const HOURLY_SHARE: f64 = 0.09;
+const DIRECTIONAL_SPLIT: f64 = 0.55;
+
 const DEMAND_NOTE: &str = "\
 # Demand is a design hour: hourly_share is the share of the day's traffic in it (1/24 is the mean hour),
 # directional_split the share of a two-way street's hour in its peak direction, which is the one within
@@ -418,10 +425,10 @@ fn scenario_text(
     let mut family = Table::new();
     family.insert("approaches".to_owned(), APPROACHES_FILE.into());
     family.insert("detail".to_owned(), Value::try_from(detail).expect("a detail is a word"));
-    family.insert("hourly_share".to_owned(), config.hour.hourly_share.into());
+    family.insert("hourly_share".to_owned(), HOURLY_SHARE.into());
     if config.settings.traffic.both_directions {
-        family.insert("directional_split".to_owned(), config.hour.directional_split.into());
-        family.insert("peak_heading_deg".to_owned(), config.hour.peak_heading_deg.into());
+        family.insert("directional_split".to_owned(), DIRECTIONAL_SPLIT.into());
+        family.insert("peak_heading_deg".to_owned(), NORTH_EAST_DEG.into());
     }
     if let Some(inflows) = inflows {
         family.insert("inflows".to_owned(), Value::try_from(inflows).expect("shares are numbers"));
@@ -549,8 +556,6 @@ fn write_geojson(
             "known_share": number(spot.known, 4),
             "inflow_sources": sources.join(", "),
             "flags": spot.flags.join("; "),
-            "list_distance_m": spot.list_distance_m.map(|metres| number(metres, 1)),
-            "count_distance_m": spot.count_distance_m.map(|metres| number(metres, 1)),
             "point": point.map(|p| &p.id),
             "importance": point.map(|p| p.importance),
         });

@@ -10,7 +10,6 @@ use osm_signals::{Arm, Counts, DrivingSide, Extract};
 use serde::Serialize;
 
 use super::InputFile;
-use super::config::DesignHour;
 use super::sites::{City, Reason, Site};
 use crate::family::load::LoadedScenario;
 
@@ -64,10 +63,6 @@ pub struct Spot {
     pub signals: usize,
     /// Share of its lanes, speeds and inflows that are tagged or counted.
     pub known: f64,
-    /// Distance to its place in the signal list, metres.
-    pub list_distance_m: Option<f64>,
-    /// Mean distance of the matched counts, metres.
-    pub count_distance_m: Option<f64>,
     /// What is worth a look, in words.
     pub flags: Vec<&'static str>,
 }
@@ -83,9 +78,6 @@ impl Spot {
                 tagged.into_iter().chain([counted]).filter(|known| *known).count()
             })
             .sum();
-        let counted = traffic.iter().filter(|t| t.source == InflowSource::Counted);
-        let distances: Vec<f64> = counted.filter_map(|t| t.count_distance_m).collect();
-        let mean = distances.iter().sum::<f64>() / distances.len() as f64;
         Self {
             id: i.id.clone(),
             streets: i.streets().into_iter().collect::<Vec<_>>().join(" / "),
@@ -95,8 +87,6 @@ impl Spot {
             inflow_sources: approaches().map(|(_, traffic)| traffic.source).collect(),
             signals: i.signals.len(),
             known: known as f64 / (3 * approaches().count().max(1)) as f64,
-            list_distance_m: i.list_distance_m,
-            count_distance_m: (!distances.is_empty()).then_some(mean),
             flags: site.flags(),
         }
     }
@@ -127,8 +117,12 @@ pub struct Quality {
     pub approaches: usize,
     /// Distinct point MDPs.
     pub point_mdps: usize,
-    /// Which hour is simulated.
-    pub demand: DesignHour,
+    /// Share of the day's traffic in the hour that is simulated.
+    pub hourly_share: f64,
+    /// Share of that in the peak direction.
+    pub directional_split: f64,
+    /// The peak direction, degrees clockwise from north.
+    pub peak_heading_deg: f64,
     /// Why the other signals are no intersection.
     pub skipped: Vec<SkipCount>,
     /// What values rest on.
@@ -217,11 +211,9 @@ pub(super) fn quality(
         intersections: city.sites().count(),
         approaches,
         point_mdps: loaded.family.points.len(),
-        demand: DesignHour {
-            hourly_share: family.hourly_share,
-            directional_split: family.directional_split,
-            peak_heading_deg: family.peak_heading_deg,
-        },
+        hourly_share: family.hourly_share,
+        directional_split: family.directional_split,
+        peak_heading_deg: family.peak_heading_deg,
         skipped: skipped.collect(),
         provenance: vec![
             share("lanes", &|arm| arm.lanes_source),

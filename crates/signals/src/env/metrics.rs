@@ -13,6 +13,8 @@ pub struct EpisodeMetrics {
     pub trips: TripTotals,
     /// Events during the episode.
     pub counts: StepCounts,
+    /// Since when, where and why a vehicle of somebody's own scenario stands for long.
+    pub standing: Option<String>,
     /// How many crossed, where they push buttons.
     pub pedestrians: Option<u32>,
     /// Mean delay of people on foot, seconds: of those, or on recall over crosswalks; `None` without any.

@@ -19,6 +19,7 @@ pub mod pedestrians;
 pub mod side;
 pub mod signal;
 pub mod signal_env;
+pub mod standing;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod warnings;

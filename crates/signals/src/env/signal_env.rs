@@ -27,6 +27,7 @@ use super::on_red::OnRed;
 use super::pedestrians::{PedestrianTotals, Pedestrians};
 use super::side::as_right_hand;
 use super::signal::{aligned, fixed, program};
+use super::standing::standing;
 use super::world::World;
 
 /// A program that runs on a signal without a controller's decisions.
@@ -82,6 +83,8 @@ pub struct SignalEnv<S> {
     pub(crate) collects_movements: bool,
     by_movement: Option<ByMovement>,
     along: Option<Along>,
+    /// Who stands for long.
+    standing: Option<String>,
     /// By signal, what SUMO was told to show, with since when, seconds; absent where nobody asks.
     told: Option<Vec<Vec<(f64, String)>>>,
     queue_sum: f64,
@@ -128,6 +131,7 @@ impl<S: Sim> SignalEnv<S> {
             collects_movements: false,
             by_movement: None,
             along: None,
+            standing: None,
             told: None,
             queue_sum: 0.0,
             queue_max: 0.0,
@@ -177,7 +181,7 @@ impl<S: Sim> SignalEnv<S> {
         self.shown = vec![String::new(); self.signals.len()];
         self.programs = vec![None; self.signals.len()];
         self.time_s = self.world.begin_s;
-        self.counts = StepCounts::default();
+        (self.counts, self.standing) = (StepCounts::default(), None);
         let by_movement = || ByMovement::new(&self.scene, self.world.side, &self.world.bays);
         self.by_movement = (self.collects_movements && self.world.ways.is_some()).then(by_movement);
         let along = || Along::new(&self.scene, &self.signals, self.world.side);
@@ -598,6 +602,11 @@ impl<S: Sim> SignalEnv<S> {
     fn observe(&mut self) -> Result<(), SimError> {
         self.sim.observe(&mut self.snapshot)?;
         self.observer.update(&self.snapshot);
+        let never_moves = self.simulation_settings.time_to_teleport_s < 0.0;
+        if self.standing.is_none() && never_moves && self.world.files.is_some() {
+            let state = |i: usize| lights(&self.programs, &self.shown, &self.snapshot.phases, i);
+            self.standing = standing(&self.scene, &self.snapshot, self.time_s, state);
+        }
         for (i, signal) in self.signals.iter().enumerate() {
             let phase = match &self.cabinets[i] {
                 Some(cabinet) => cabinet.phase.0,
@@ -643,6 +652,7 @@ impl<S: Sim> SignalEnv<S> {
             movements,
             streets: self.along.take().map(Along::finish).unwrap_or_default(),
             counts: self.counts,
+            standing: self.standing.take(),
             pedestrians: pushes.then_some(people.count),
             pedestrian_delay_s: people.delay_s(),
             queue_veh: self.queue_sum / f64::from(self.decisions.max(1)),

@@ -2,7 +2,8 @@
 //!
 //! A network is made and checked in a temporary folder and moved as a whole to where its hash says
 //! ([`NetworkFiles`]); one that is there is never written again, so that a build with other settings
-//! changes nothing for those who simulate meanwhile.
+//! changes nothing for those who simulate meanwhile. For people, a link called like the point MDP leads to
+//! the one that was asked for last.
 //!
 //! A network is up to date if its files are as its `network.json` says and the hash of intersection and
 //! settings is the same. The version of netconvert is not part of that: networks that another one
@@ -10,6 +11,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
+use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::sync::Mutex;
 
@@ -102,6 +104,7 @@ pub fn build_all(
     let mut summary =
         BuildSummary { built: missing.len(), up_to_date: files.len(), ..BuildSummary::default() };
     if missing.is_empty() {
+        show(out, &files)?;
         summary.files = files;
         return Ok(summary);
     }
@@ -130,11 +133,29 @@ pub fn build_all(
     });
     done?;
     summary.files = files.into_inner().expect("no thread panics with the files");
+    show(out, &summary.files)?;
     summary.netconvert = Some(netconvert.version.clone());
     summary.failed = failed.into_inner().expect("no thread panics with the list");
     summary.failed.sort();
     summary.built -= summary.failed.len();
     Ok(summary)
+}
+
+/// Lets links that are called like point MDPs lead people to their networks; nothing that is simulated goes by them.
+fn show(out: &Path, files: &BTreeMap<String, NetworkFiles>) -> Result<(), FileError> {
+    for (point, NetworkFiles { folder, .. }) in files {
+        let link = out.join(point);
+        let target = Path::new(BY_HASH).join(folder.file_name().expect("a hash is a name"));
+        if fs::read_link(&link).is_ok_and(|now| now == target) {
+            continue;
+        }
+        let temporary = tempfile::Builder::new().prefix(TEMPORARY).tempdir_in(out);
+        let temporary = temporary.map_err(FileError::at("create a folder in", out))?;
+        let draft = temporary.path().join(point);
+        let linked = symlink(&target, &draft).and_then(|()| fs::rename(&draft, &link));
+        linked.map_err(FileError::at("write the link", &link))?;
+    }
+    Ok(())
 }
 
 /// Returns whether an error is about one intersection, so that others can still be built.
@@ -408,5 +429,21 @@ mod tests {
         assert_eq!(Built::all(folder.path()).unwrap(), []);
         fs::write(&path, "{").unwrap();
         assert_eq!(Built::all(folder.path()).unwrap(), []);
+    }
+
+    #[test]
+    fn a_link_follows_the_network_that_was_asked_for_last() {
+        let networks = tempfile::tempdir().unwrap();
+        for hash in ["aa", "bb", "bb"] {
+            let folder = networks.path().join(BY_HASH).join(hash);
+            fs::create_dir_all(&folder).unwrap();
+            let hashes = BTreeMap::new();
+            let mut files = NetworkFiles::new(networks.path(), "p", hashes);
+            files.folder = folder.clone();
+            show(networks.path(), &BTreeMap::from([("p".to_owned(), files)])).unwrap();
+            let target = fs::canonicalize(networks.path().join("p")).unwrap();
+            assert_eq!(target, fs::canonicalize(&folder).unwrap());
+        }
+        assert_eq!(fs::read_dir(networks.path()).unwrap().count(), 2);
     }
 }

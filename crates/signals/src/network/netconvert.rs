@@ -24,7 +24,7 @@ use super::left_turns::treatments;
 use super::phases::{Lights, PHASES_PROGRAM, on_red, phases, program, stages};
 use super::plain::{self, DEFAULT_PROGRAM};
 use super::retime::{retime, timing};
-use super::tool::{Ended, find, finish};
+use super::tool::{find, finish};
 use crate::junction::{Conflicts, Movement};
 use crate::network::error::NetworkError;
 use crate::program::ProgramPhase;
@@ -167,11 +167,7 @@ impl Netconvert {
             .args(["--tls.cycle.time", &whole(settings.default_cycle_s)])
             .args(["--tls.left-green.time", &whole(settings.default_left_green_s)])
             .args(extra);
-        match finish(command, LIMIT).map_err(FileError::at("run", &self.path))? {
-            Ended::Well => {}
-            Ended::Refused(message) => return Err(NetworkError::Netconvert { point, message }),
-            Ended::Disturbed(reason) => return Err(NetworkError::Disturbed { point, reason }),
-        }
+        finish(command, LIMIT, &point)?;
         let path = folder.join(output);
         let text = fs::read_to_string(&path).map_err(FileError::at("read", &path))?;
         if !text.trim_end().ends_with("</net>") {

@@ -10,6 +10,8 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::Duration;
 
+use super::error::NetworkError;
+use basics::files::FileError;
 use basics::machine;
 
 /// Longest time in which a program says its version; that takes a hundredth of a second.
@@ -67,35 +69,34 @@ const AGAIN: Duration = Duration::from_millis(100);
 /// How often it is looked after.
 const NAP: Duration = Duration::from_millis(2);
 
-/// How it ended.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) enum Ended {
-    Well,
-    /// With an error of its own.
-    Refused(String),
-    /// By something from outside.
-    Disturbed(String),
-}
-
-/// Runs netconvert to its end, at most so long.
-/// Fails when it cannot be started.
-pub(super) fn finish(command: Command, limit: Duration) -> io::Result<Ended> {
-    let Some((status, _, said)) = output_of(command, limit)? else {
-        let limit = limit.as_secs_f64();
-        return Ok(Ended::Disturbed(format!("netconvert did not end within {limit} s")));
+/// Runs netconvert for a point MDP to its end, at most so long.
+/// Fails with [`NetworkError::Netconvert`] for an error of its own, with [`NetworkError::Disturbed`] for one from outside.
+pub(super) fn finish(command: Command, limit: Duration, point: &str) -> Result<(), NetworkError> {
+    let program = PathBuf::from(command.get_program());
+    let point = point.to_owned();
+    let ended = output_of(command, limit).map_err(FileError::at("run", &program))?;
+    let Some((status, _, said)) = ended else {
+        let reason = format!("netconvert did not end within {} s", limit.as_secs_f64());
+        return Err(NetworkError::Disturbed { point, reason });
     };
-    Ok(match (status.success(), status.signal()) {
-        (true, _) => Ended::Well,
+    let message = last_lines(&said);
+    Err(match (status.success(), status.signal()) {
+        (true, _) => return Ok(()),
         (false, Some(signal)) if machine::is_from_outside(signal) => {
-            Ended::Disturbed(format!("netconvert was killed by signal {signal}"))
+            let reason = format!("netconvert was killed by signal {signal}");
+            NetworkError::Disturbed { point, reason }
         }
-        (false, _) if machine::is_at_fault(&said) => Ended::Disturbed(last_lines(&said)),
-        (false, Some(signal)) => Ended::Refused(format!(
-            "it crashed by signal {signal} ({}); run the same command again, and where it crashes again, take \
-             another version of SUMO",
-            last_lines(&said)
-        )),
-        (false, _) => Ended::Refused(last_lines(&said)),
+        (false, _) if machine::is_at_fault(&said) => {
+            NetworkError::Disturbed { point, reason: message }
+        }
+        (false, Some(signal)) => {
+            let message = format!(
+                "it crashed by signal {signal} ({message}); run the same command again, and where it crashes again, take \
+                 another version of SUMO"
+            );
+            NetworkError::Netconvert { point, message }
+        }
+        (false, _) => NetworkError::Netconvert { point, message },
     })
 }
 
@@ -159,27 +160,27 @@ fn last_lines(stderr: &str) -> String {
 mod tests {
     use super::*;
 
-    fn ended(script: &str, limit_ms: u64) -> Ended {
+    fn ended(script: &str, limit_ms: u64) -> String {
         let mut command = Command::new("sh");
         command.args(["-c", script]);
-        finish(command, Duration::from_millis(limit_ms)).unwrap()
+        let ended = finish(command, Duration::from_millis(limit_ms), "p");
+        ended.map_or_else(|e| e.to_string(), |()| "well".to_owned())
     }
 
     #[test]
     fn what_ends_netconvert_from_outside_says_nothing_of_the_intersection() {
-        let disturbed = |reason: &str| Ended::Disturbed(reason.to_owned());
-        assert_eq!(ended("exec sleep 60", 50), disturbed("netconvert did not end within 0.05 s"));
-        assert_eq!(ended("kill -9 $$", 60_000), disturbed("netconvert was killed by signal 9"));
         let full = "Error: No space left on device";
-        assert_eq!(ended(&format!("echo '{full}' >&2; exit 1"), 60_000), disturbed(full));
-        let refused = Ended::Refused("Error: no".to_owned());
-        assert_eq!(ended("echo 'Error: no' >&2; exit 1", 60_000), refused);
-        let Ended::Refused(crash) = ended("kill -SEGV $$", 60_000) else { panic!("it crashed") };
-        assert!(
-            crash.starts_with("it crashed by signal 11 (it said nothing); run the same"),
-            "{crash}"
-        );
-        assert_eq!(ended("head -c 1000000 /dev/zero >&2", 60_000), Ended::Well);
+        for (script, limit_ms, expected) in [
+            ("exec sleep 60", 50, "p: netconvert did not end within 0.05 s; this says nothing"),
+            ("kill -9 $$", 60_000, "p: netconvert was killed by signal 9; this says nothing"),
+            (&format!("echo '{full}' >&2; exit 1"), 60_000, &format!("p: {full}; this says")),
+            ("echo 'Error: no' >&2; exit 1", 60_000, "p: netconvert failed: Error: no"),
+            ("kill -SEGV $$", 60_000, "p: netconvert failed: it crashed by signal 11 (it said"),
+            ("head -c 1000000 /dev/zero >&2", 60_000, "well"),
+        ] {
+            let ended = ended(script, limit_ms);
+            assert!(ended.starts_with(expected), "{script}: {ended}");
+        }
     }
 
     #[test]

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use osm_signals::DrivingSide;
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
@@ -32,9 +33,9 @@ macro_rules! scenario {
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct Scenario {
-            /// Which domain reads the file: `traffic`, which is not said in manifests.
+            /// Which domain reads the file, by which it was chosen; manifests do not say it.
             #[serde(default, skip_serializing)]
-            pub domain: Domain,
+            pub domain: IgnoredAny,
             /// Name of the family; also the default folder of its networks. By default that of the
             /// file.
             #[serde(default)]
@@ -104,15 +105,6 @@ macro_rules! scenario {
     };
 }
 methods!(scenario);
-
-/// The domain of these scenarios.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Domain {
-    /// Traffic signals.
-    #[default]
-    Traffic,
-}
 
 /// Version of a scenario that says none.
 fn first_version() -> u32 {

@@ -14,9 +14,6 @@ const STEPS_TOLERANCE: f64 = 1e-6;
 /// Most steps per second: SUMO counts milliseconds.
 const MOST_STEPS: f64 = 1000.0;
 
-/// Seconds to which an end is rounded that is proposed.
-const ROUND_S: f64 = 60.0;
-
 /// End that is proposed where nothing departs at a known time, seconds after the begin.
 const USUAL_S: f64 = 3600.0;
 
@@ -65,16 +62,10 @@ impl Intake {
             blocked(reason, "--begin", 0.0);
         }
         let begin_s = begin_s.max(0.0);
-        let last_s = sources.files.iter().filter_map(|file| file.scanned.last_s).reduce(f64::max);
-        let proposed_s = proposed_end_s(begin_s, last_s);
+        let proposed_s = begin_s + USUAL_S;
         let end_s = given.end_s.or(config.end_s);
         match end_s {
-            None => {
-                let until = last_s.map_or_else(String::new, |last_s| {
-                    format!("; the last vehicle or flow that is known departs at {last_s} s")
-                });
-                blocked(format!("no end{until}"), "--end", proposed_s);
-            }
+            None => blocked("no end".to_owned(), "--end", proposed_s),
             Some(end_s) if end_s <= begin_s => {
                 let reason = format!("the end ({end_s} s) is not after the begin ({begin_s} s)");
                 blocked(reason, "--end", proposed_s);
@@ -141,12 +132,6 @@ impl Intake {
     }
 }
 
-/// Returns the end that is proposed, seconds.
-fn proposed_end_s(begin_s: f64, last_s: Option<f64>) -> f64 {
-    let last_s = last_s.filter(|last_s| *last_s > begin_s);
-    last_s.map_or(begin_s + USUAL_S, |last_s| (last_s / ROUND_S).ceil() * ROUND_S)
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
@@ -175,7 +160,7 @@ mod tests {
         let options = "<step-length v='0.3'/><mesosim v='1'/><b v='-10'/>";
         let before = read(options, routes, &Given::default());
         let expected = [
-            "--accept microscopic", "--accept calibrators", "--begin 0", "--end 1800",
+            "--accept microscopic", "--accept calibrators", "--begin 0", "--end 3600",
             "--step-length 1",
         ];
         assert_eq!(ways(&before), expected);
@@ -215,17 +200,8 @@ mod tests {
         let person = "<person id='p' depart='0'><walk edges='a b'/></person>";
         assert!(lacks(&format!("<r>{person}</r>")));
         assert!(!lacks(&format!("<r>{person}<trip id='t' depart='900'/></r>")));
+        assert!(!lacks("<r><person/><personTrip modes='public car'/></r>"));
         let missing = read("<e v='9'/><a v='gone.xml'/>", "<r/>", &Given::default());
         assert_eq!(missing.lacks_vehicles(), None, "the vehicles may be there");
-    }
-
-    #[test]
-    fn an_end_is_proposed_after_the_last_departure() {
-        let end = |routes: &str| ways(&read("<b v='100'/>", routes, &Given::default()));
-        assert_eq!(end("<r/>"), ["--end 3700"]);
-        assert_eq!(end("<r><trip id='a' depart='1'/></r>"), ["--end 3700"]);
-        assert_eq!(end("<r><trip id='a' depart='0:02:00'/></r>"), ["--end 120"]);
-        let wrong = read("<b v='100'/><e v='100'/>", "<r/>", &Given::default());
-        assert_eq!(ways(&wrong), ["--end 3700"]);
     }
 }

@@ -22,7 +22,6 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 
 use super::obstacle::{Accept, Obstacle};
-use super::sumocfg::seconds;
 
 /// Most bytes of an element or of the text between two.
 const ROOM: usize = 1 << 26;
@@ -87,8 +86,6 @@ pub struct Scanned {
     pub outputs: Option<(u32, String)>,
     /// Whether there is a vehicle, or something that SUMO may make one of.
     pub has_vehicles: bool,
-    /// Latest departure of a vehicle or end of a flow, seconds.
-    pub last_s: Option<f64>,
 }
 
 /// Bytes with [`OTHER`] in place of what is not ASCII, so many at most until the room is renewed.
@@ -252,33 +249,15 @@ impl Look<'_> {
                 Err(e) => return self.blocked(e, None),
             }
         }
-        self.departures(&tag, &|wanted| {
-            attributes.iter().find(|a| a.name == wanted).map(|a| a.value.as_str())
-        });
+        // The person of a personTrip may drive.
+        let vehicles = ["vehicle", "trip", "flow", "personTrip"];
+        self.scanned.has_vehicles |= vehicles.contains(&tag.as_str());
         if tag == "param" {
             return self.parameter(&attributes);
         }
         for attribute in attributes {
             self.attribute(&tag, attribute);
         }
-    }
-
-    /// Looks at what an element says of vehicles, given its attributes by name.
-    fn departures<'a>(&mut self, tag: &str, of: &dyn Fn(&str) -> Option<&'a str>) {
-        let when = match tag {
-            "vehicle" | "trip" => "depart",
-            "flow" => "begin",
-            // The person may drive.
-            "personTrip" => return self.scanned.has_vehicles = true,
-            _ => return,
-        };
-        self.scanned.has_vehicles = true;
-        let time = |name: &str| of(name).and_then(|text| seconds(text).ok());
-        // What waits for something else has no time.
-        let Some(depart_s) = time(when) else { return };
-        let last_s = time("end").map_or(depart_s, |end_s| end_s.max(depart_s));
-        let known_s = self.scanned.last_s.unwrap_or(last_s);
-        self.scanned.last_s = Some(known_s.max(last_s));
     }
 
     fn attribute(&mut self, tag: &str, attribute: Attribute) {
@@ -349,23 +328,4 @@ fn within(element: &BytesStart<'_>, part: &str, position: u64) -> Option<Range<u
 fn names_a_file(name: &str) -> bool {
     let name = name.to_lowercase();
     name.contains("file") && !name.contains("profile")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn vehicles_are_told_from_people_on_foot_and_the_last_departs_at_the_end_of_its_flow() {
-        let of = |text: &str| {
-            let text = format!("<r>{text}</r>").into_bytes();
-            let found = scan(Path::new("r.xml"), Box::new(io::Cursor::new(text)));
-            (found.has_vehicles, found.last_s)
-        };
-        let flow = "<flow id='f' begin='0' end='0:30:00' period='9'/><trip depart='9'/>";
-        assert_eq!(of(flow), (true, Some(1800.0)));
-        assert_eq!(of("<person depart='9'><walk edges='x y'/></person>"), (false, None));
-        assert_eq!(of("<person/><personTrip modes='public car'/>"), (true, None));
-        assert_eq!(of("<flow number='9'/><route edges='x y'/>"), (true, None));
-    }
 }
