@@ -13,11 +13,12 @@ use super::values::at_least_one_worker;
 use crate::cli::exit::{self, refuse};
 use crate::traffic::city::counted::{CountedRequest, counted};
 use crate::traffic::city::{APPROACHES_FILE, default_folder};
+use crate::traffic::family::approaches::Intersection;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::network::build::{BuildOptions, BuildSummary, build_all};
 use crate::traffic::network::intersection::IntersectionSpec;
 use crate::traffic::network_files::NetworkFiles;
-use crate::traffic::placed::with_left_turns;
+use crate::traffic::placed::with_plans;
 use crate::traffic::problem::networks;
 use crate::traffic::turning::{self, Period};
 use crate::traffic::utdf::{Utdf, read_plans};
@@ -64,6 +65,12 @@ pub struct BuildNetworksArgs {
     /// per year (repeatable) [default: the busiest hour of all counts]
     #[arg(long, value_name = "NAME=FROM-TO[,HOURS]", requires = "turning_counts")]
     pub period: Vec<Period>,
+    /// Intersections that are built, by their ids in the table or in UTDF, and no others (repeatable, or with commas)
+    #[arg(long, value_name = "ID,...", conflicts_with = "osm")]
+    pub only: Vec<String>,
+    /// Intersections that are left out (repeatable, or with commas)
+    #[arg(long, value_name = "ID,...", conflicts_with = "osm")]
+    pub skip: Vec<String>,
     /// Processors to use [default: all]
     #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
     pub jobs: Option<NonZeroUsize>,
@@ -89,7 +96,13 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     let loaded = args.scenario.signals(&args.scenario.settings())?;
     let out = args.out.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
     NETWORKS.check(&out, "--out", Some(args.force))?;
-    let specs = with_left_turns(&loaded)?;
+    let mut specs = with_plans(&loaded)?;
+    let is_chosen = chosen(args, &loaded.intersections)?;
+    let own: BTreeSet<&str> = (loaded.family.points.iter().zip(&loaded.members))
+        .filter(|(_, of)| of.iter().any(|i| is_chosen(&loaded.intersections[*i].id)))
+        .map(|(point, _)| point.id.as_str())
+        .collect();
+    specs.retain(|spec| loaded.intersections.is_empty() || own.contains(spec.point.as_str()));
     let start = std::time::Instant::now();
     let options = BuildOptions { force: args.force, leave_out: false };
     let summary = build(&loaded, &specs, &out, options, args.quiet)?;
@@ -104,6 +117,36 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         ))?;
     }
     Ok(exit::DONE)
+}
+
+/// Returns which intersections `--only` and `--skip` leave.
+fn chosen(
+    args: &BuildNetworksArgs,
+    all: &[Intersection],
+) -> anyhow::Result<impl Fn(&str) -> bool + use<>> {
+    let ids = |given: &[String]| -> anyhow::Result<Vec<String>> {
+        let find = |name: &str| turning::meant(name, all.iter().map(|i| i.id.as_str()));
+        // An id may have commas of its own.
+        let names = given.iter().flat_map(|name| match find(name) {
+            Ok(None) => name.split(',').collect(),
+            _ => vec![name.as_str()],
+        });
+        let id = |name: &str| match find(name) {
+            Ok(Some(id)) => Ok(id.to_owned()),
+            Ok(None) => refuse(format!(
+                "{name}: no intersection is called so; give ids of the table or of UTDF"
+            )),
+            Err(message) => refuse(message),
+        };
+        names.map(id).collect()
+    };
+    let (only, skip) = (ids(&args.only)?, ids(&args.skip)?);
+    let is_in = |ids: &[String], id: &str| ids.iter().any(|own| own == id);
+    let is_chosen = move |id: &str| (only.is_empty() || is_in(&only, id)) && !is_in(&skip, id);
+    match all.is_empty() || all.iter().any(|i| is_chosen(&i.id)) {
+        true => Ok(is_chosen),
+        false => refuse("--only and --skip leave no intersection".to_owned()),
+    }
 }
 
 /// Refuses periods of one name, and hours per year for some of them only.
@@ -137,13 +180,16 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     };
     let out = out.as_path();
     CITY.check(out, "--out", Some(args.force))?;
-    let (uncounted, converted) = match &args.utdf {
+    let (mut uncounted, converted) = match &args.utdf {
         None => (args.scenario.uncounted()?, None),
         Some(file) => {
             let (uncounted, converted) = Utdf::read(file)?.scenario(&args.scenario.settings())?;
             (uncounted, Some(converted))
         }
     };
+    let all: Vec<String> = uncounted.intersections.iter().map(|i| i.id.clone()).collect();
+    let is_chosen = chosen(args, &uncounted.intersections)?;
+    uncounted.intersections.retain(|intersection| is_chosen(&intersection.id));
     let path = Path::new(scenario);
     let folder = if path.is_dir() { Some(path) } else { path.parent().filter(|_| path.is_file()) };
     let utdf = args.utdf.iter().map(|file| ("utdf", file.clone()));
@@ -157,7 +203,12 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     for doubt in given.iter().flat_map(|(_, doubts)| doubts) {
         note(format!("warning: {}", doubt.brief()));
     }
-    let plans = given.map(|(plans, _)| plans).or_else(|| uncounted.plans.clone());
+    let mut plans = given.map(|(plans, _)| plans).or_else(|| uncounted.plans.clone());
+    if let Some(plans) = &mut plans {
+        let meant =
+            |name: &str| turning::meant(name, all.iter().map(String::as_str)).ok().flatten();
+        plans.all.retain(|plan| meant(&plan.intersection).is_none_or(&is_chosen));
+    }
     let (loaded, joined, networks) = counted(&CountedRequest {
         uncounted: &uncounted,
         folder: folder.filter(|_| converted.is_none()),
@@ -178,7 +229,7 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     for doubt in &loaded.doubts {
         note(format!("warning: {}: {}", table.display(), doubt.brief()));
     }
-    let specs = with_left_turns(&loaded)?;
+    let specs = with_plans(&loaded)?;
     let options = BuildOptions { force: args.force, leave_out: false };
     let summary = build(&loaded, &specs, &networks, options, args.quiet)?;
     if args.quiet {

@@ -42,7 +42,7 @@ fn spec(arms: &[(f64, [u32; 4])], side: DrivingSide) -> IntersectionSpec {
         ..Arm::default()
     };
     let arms = arms.iter().enumerate().map(arm).collect();
-    IntersectionSpec { point: "p".into(), arms, side }
+    IntersectionSpec { point: "p".into(), arms, side, ..IntersectionSpec::default() }
 }
 
 fn cross(side: DrivingSide) -> IntersectionSpec {

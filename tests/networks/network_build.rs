@@ -35,7 +35,7 @@ fn spec(point: &str, bearings_deg: &[f64]) -> IntersectionSpec {
         ..Arm::default()
     };
     let arms = bearings_deg.iter().map(arm).collect();
-    IntersectionSpec { point: point.into(), arms, side: DrivingSide::Right }
+    IntersectionSpec { point: point.into(), arms, ..IntersectionSpec::default() }
 }
 
 fn cross() -> IntersectionSpec {

@@ -224,6 +224,11 @@ fn a_network_in_utdf_is_simulated_and_its_plans_go_out_and_come_back() {
     folder.write("c.csv", "INTID,NBL,NBR,EBT,EBR,WBL,WBT\n2,5,6,7,8,9,10\n");
     folder.run("build-networks --utdf n.csv --turning-counts c.csv --out both");
     folder.shows("both/approaches.csv", &[",lr,,30.5,5,0,6,", ",lsr,45.7,,80,310,45,0.9,"]);
+    let text = folder.run("build-networks --utdf n.csv --only 1,2 --skip 1 --out one");
+    assert!(
+        text.contains("1 built") && !folder.read("one/approaches.csv").contains("\n1,"),
+        "{text}"
+    );
     // A file in a wrong place is called what it is.
     folder.write("bad.toml", "[family]\napproaches = \"n.csv\"\n");
     let scenario =
@@ -233,6 +238,7 @@ fn a_network_in_utdf_is_simulated_and_its_plans_go_out_and_come_back() {
         ("list bad.toml", "UTDF"),
         ("run n.csv --budget 1 --out x", "UTDF"),
         ("build-networks --utdf c.csv --out x", "--turning-counts"),
+        ("build-networks --utdf n.csv --only 9 --out x", "9: no intersection is called so"),
         (
             "run networks/n --existing r/report/cabinet.csv --out x",
             ": rows are of several methods (baseline, nema)",

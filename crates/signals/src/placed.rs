@@ -128,18 +128,22 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
     Ok(placed)
 }
 
-/// Returns the intersections of a scenario to build: left turns as the existing plan of each has them, where the settings
-/// say so.
-pub fn with_left_turns(loaded: &LoadedScenario) -> Result<Vec<IntersectionSpec>, NetworkError> {
+/// Returns the intersections of a scenario to build: left turns, and what goes into one leg together, as the existing plan of
+/// each has them, where the settings say so.
+pub fn with_plans(loaded: &LoadedScenario) -> Result<Vec<IntersectionSpec>, NetworkError> {
     let mut specs = intersections(loaded)?;
-    let is_asked = loaded.scenario.signal.left_turns == LeftTurns::Existing;
+    let signal = &loaded.scenario.signal;
+    let has_lefts = signal.left_turns == LeftTurns::Existing;
+    let is_asked = has_lefts || signal.no_merging_greens;
     let Some(plans) = loaded.plans.as_ref().filter(|_| is_asked) else { return Ok(specs) };
     // What is wrong with plans is told by whoever simulates them.
     let Ok(placed) = placed(loaded, plans) else { return Ok(specs) };
     for spec in &mut specs {
         let Some(plan) = placed.of_point.get(&spec.point) else { continue };
         let layout = layout(spec)?;
-        for (arm, of) in spec.arms.iter_mut().enumerate() {
+        let merging = plan.merging.iter().filter(|_| signal.no_merging_greens).flatten();
+        spec.merging = merging.filter_map(|name| plan.ways.get(name)).flatten().cloned().collect();
+        for (arm, of) in spec.arms.iter_mut().enumerate().filter(|_| has_lefts) {
             of.left_turns = left_turns(plan, &layout, arm);
         }
     }
@@ -250,7 +254,10 @@ fn place(
     let by_link = by_link(spec, &layout);
     let (mut plan, mut ways) = (plan.clone(), ways_of(plan, spec.side, &by_link, &arms)?);
     notes.extend(complete(&mut plan, &mut ways, &layout, (spec.side, &by_link, &arms))?);
-    no_crossing(&plan, &ways)?;
+    plan.merging = no_crossing(&plan, &ways, &layout)?;
+    notes.extend(plan.merging.iter().map(|[one, other]| {
+        format!("{one} and {other} have the right of way into one leg together, in lanes of their own: a continuous-green T")
+    }));
     for (name, own) in ways {
         plan.ways.insert(name, own.iter().map(|m| (m.from_edge(), m.to_edge())).collect());
     }
@@ -365,8 +372,21 @@ fn complete(
     Ok(notes)
 }
 
-/// Refuses phases that give crossing movements the right of way together.
-fn no_crossing(plan: &ExistingPlan, ways: &Ways) -> Result<(), String> {
+/// Refuses phases that give crossing movements the right of way together. Returns those that go into one leg, each into lanes
+/// of its own.
+fn no_crossing(
+    plan: &ExistingPlan,
+    ways: &Ways,
+    layout: &LaneLayout,
+) -> Result<Vec<[String; 2]>, String> {
+    let exits = |m: &ArmMovement| -> BTreeSet<u32> {
+        let own = layout.connections.iter().filter(|c| c.movement == *m);
+        own.map(|c| c.to_lane).collect()
+    };
+    let merge = |m: &ArmMovement, o: &ArmMovement| {
+        m.from != o.from && m.to == o.to && exits(m).is_disjoint(&exits(o))
+    };
+    let mut merging = Vec::new();
     let ahead =
         |name: &String| ways.get(name).into_iter().flatten().filter(|m| m.turn != Turn::Right);
     for pair in plan.pairs() {
@@ -374,10 +394,19 @@ fn no_crossing(plan: &ExistingPlan, ways: &Ways) -> Result<(), String> {
         let all: Vec<_> =
             phases.flat_map(|p| p.movements.iter().map(move |name| (p, name))).collect();
         for (i, (a, one)) in all.iter().enumerate() {
-            let crosses = |(_, other): &&(_, &String)| {
-                ahead(one).any(|m| ahead(other).any(|o| m.conflicts_with(o)))
+            let any = |other: &String, is: &dyn Fn(&ArmMovement, &ArmMovement) -> bool| {
+                ahead(one).any(|m| ahead(other).any(|o| is(m, o)))
             };
-            let Some((b, other)) = all[..i].iter().find(crosses) else { continue };
+            for (_, other) in &all[..i] {
+                let pair = [(*other).clone(), (*one).clone()];
+                if any(other, &merge) && !merging.contains(&pair) {
+                    merging.push(pair);
+                }
+            }
+            let crosses = |m: &ArmMovement, o: &ArmMovement| m.conflicts_with(o) && !merge(m, o);
+            let Some((b, other)) = all[..i].iter().find(|(_, other)| any(other, &crosses)) else {
+                continue;
+            };
             let numbers = match a.number == b.number {
                 true => format!("phase {} has", a.number),
                 false => format!(
@@ -391,7 +420,7 @@ fn no_crossing(plan: &ExistingPlan, ways: &Ways) -> Result<(), String> {
             ));
         }
     }
-    Ok(())
+    Ok(merging)
 }
 
 #[cfg(test)]
@@ -441,6 +470,30 @@ mod tests {
     }
 
     #[test]
+    fn movements_into_lanes_of_their_own_of_one_leg_are_a_continuous_green_t() {
+        let phases = [
+            phase(2, [1, 1, 1], "NBT NBR"),
+            phase(6, [1, 2, 1], "SBT sbl"),
+            phase(8, [2, 1, 1], "WBL WBR SBT"),
+        ];
+        let plan = ExistingPlan::new(Control::Actuated, phases.to_vec());
+        let bearings_deg = [0.0, 90.0, 180.0];
+        let plain = scenario(&bearings_deg, "[signal]\nno_merging_greens = true\n");
+        let found = placed(&plain, &plans(plan.clone())).unwrap();
+        let pair = ["WBL", "SBT"].map(str::to_owned);
+        assert_eq!(found.of_point["i0007"].merging, [pair]);
+        assert!(found.doubts[0].brief().contains("a continuous-green T"), "{:?}", found.doubts);
+        let loaded = LoadedScenario { plans: Some(plans(plan.clone())), ..plain };
+        let ways = [("in1", "out2"), ("in0", "out2")].map(|(a, b)| (a.into(), b.into()));
+        assert_eq!(with_plans(&loaded).unwrap()[0].merging, ways);
+        // Both through lanes lead into the lane of the left turn.
+        let mut loaded = loaded;
+        loaded.intersections[0].arms[0].left_turn_lanes = 0;
+        let refused = placed(&loaded, &plans(plan)).unwrap().refused.remove(0).1;
+        assert!(refused.contains("phase 8 has WBL and SBT, which cross"), "{refused}");
+    }
+
+    #[test]
     fn left_turns_are_as_the_plan_has_them_where_the_settings_say_so() {
         use LeftTurns::{Permissive, Protected, ProtectedPermissive};
         let mut plan = plan(Control::Pretimed);
@@ -448,7 +501,7 @@ mod tests {
         let found = |settings: &str| {
             let plans = Some(plans(plan.clone()));
             let loaded = LoadedScenario { plans, ..scenario(&CROSS, settings) };
-            let arms = with_left_turns(&loaded).unwrap().remove(0).arms;
+            let arms = with_plans(&loaded).unwrap().remove(0).arms;
             arms.iter().map(|arm| arm.left_turns).collect::<Vec<_>>()
         };
         let expected = [Protected, Permissive, ProtectedPermissive, Permissive].map(Some);

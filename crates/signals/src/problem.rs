@@ -14,7 +14,7 @@ use crate::family::load::LoadedScenario;
 use crate::network::build::{BuildOptions, build_all};
 use crate::network::error::NetworkError;
 use crate::network_files::{GENERATED, NetworkFiles};
-use crate::placed::{Placed, placed, with_left_turns};
+use crate::placed::{Placed, placed, with_plans};
 use crate::settings::Detail;
 use crate::sim::SimError;
 use crate::sim::intake::Intake;
@@ -243,7 +243,7 @@ pub fn networks(
     folder: &Path,
     done: &(dyn Fn(&str) + Sync),
 ) -> Result<BTreeMap<String, NetworkFiles>, NetworkError> {
-    let mut specs = with_left_turns(loaded)?;
+    let mut specs = with_plans(loaded)?;
     specs.retain(|s| points.contains(s.point.as_str()));
     Ok(build_all(&specs, &loaded.scenario, folder, BuildOptions::default(), done)?.files)
 }

@@ -112,6 +112,9 @@ pub(crate) fn of_plan(plan: &ExistingPlan) -> String {
         [one] => text.push_str(&format!(", reference phase {one}")),
         all => text.push_str(&format!(", reference phases {}", all.join(" and "))),
     }
+    for [one, other] in &plan.merging {
+        text.push_str(&format!("; continuous-green T ({one} and {other} into one leg)"));
+    }
     text
 }
 

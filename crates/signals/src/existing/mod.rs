@@ -148,6 +148,9 @@ pub struct ExistingPlan {
     pub referenced_to: u32,
     /// Its phases.
     pub phases: Vec<PlanPhase>,
+    /// Movements that have the right of way into one leg together, in pairs; none until it was placed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub merging: Vec<[String; 2]>,
     /// Edges from which and to which the vehicles of each movement drive; empty until it was placed.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub ways: BTreeMap<String, Vec<(String, String)>>,
@@ -187,6 +190,7 @@ impl ExistingPlan {
             reference: Vec::new(),
             referenced_to: 0,
             phases,
+            merging: Vec::new(),
             ways: BTreeMap::new(),
         }
     }

@@ -63,13 +63,16 @@ pub struct Arm {
 }
 
 /// An intersection to build: the name of its point MDP and its arms, clockwise from north.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct IntersectionSpec {
     /// Id of the point MDP.
     pub point: String,
     /// Three to six arms (two for tests), sorted by bearing; of left-hand traffic the mirror image,
     /// east and west, left and right exchanged.
     pub arms: Vec<Arm>,
+    /// Edges from and to of the movements that an existing plan lets into one leg together.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub merging: Vec<(String, String)>,
     /// Side of the street that traffic keeps to.
     #[serde(skip_serializing_if = "DrivingSide::is_right")]
     pub side: DrivingSide,
@@ -111,7 +114,8 @@ impl IntersectionSpec {
             inflow_vph: features.inflow_vph * (1.0 + approach_spread * steps / 5.0_f64.sqrt()),
             ..Arm::default()
         };
-        Self { point: point.to_owned(), arms: FOUR_ARMS.map(arm).to_vec(), side }
+        let (point, arms) = (point.to_owned(), FOUR_ARMS.map(arm).to_vec());
+        Self { point, arms, merging: Vec::new(), side }
     }
 
     /// Returns a real intersection with its own arms, which the table has as on the ground.
@@ -124,7 +128,7 @@ impl IntersectionSpec {
         let mut arms: Vec<_> =
             intersection.arms.iter().map(|a| Arm::from_approach(a, settings, side)).collect();
         arms.sort_by(|a, b| a.bearing_deg.total_cmp(&b.bearing_deg));
-        Self { point: point.to_owned(), arms, side }
+        Self { point: point.to_owned(), arms, merging: Vec::new(), side }
     }
 }
 

@@ -68,7 +68,6 @@ pub(super) fn exits(arms: &[Arm], from: usize) -> Vec<Movement> {
 #[cfg(test)]
 pub(crate) mod shapes {
     use super::super::intersection::{Arm, IntersectionSpec};
-    use osm_signals::DrivingSide;
 
     /// Two-lane arms at these bearings.
     pub(crate) fn spec(bearings_deg: &[f64]) -> IntersectionSpec {
@@ -82,7 +81,7 @@ pub(crate) mod shapes {
             ..Arm::default()
         };
         let arms = bearings_deg.iter().map(arm).collect();
-        IntersectionSpec { point: "p".into(), arms, side: DrivingSide::Right }
+        IntersectionSpec { point: "p".into(), arms, ..IntersectionSpec::default() }
     }
 
     pub(crate) fn cross() -> IntersectionSpec {

@@ -110,8 +110,14 @@ impl Netconvert {
         let movement_of_link = movement_of_link(&layout, &links);
         let mut ours = program(&phases, &movement_of_link, settings);
         let timing = timing(spec, &layout, &movement_of_link, signal);
+        let mut own = own.to_vec();
+        if signal.no_merging_greens {
+            let states: Vec<_> = own.iter().map(|p| (p.state.as_str(), p.duration_s)).collect();
+            own = timing.greens(&states).into_iter().map(|i| own[i].clone()).collect();
+            without_merging(&mut own, &layout, &movement_of_link, &spec.merging);
+        }
         let mut own = match &lefts {
-            None => retime(own, &timing, settings),
+            None => retime(&own, &timing, settings),
             Some(lefts) => {
                 let states: Vec<_> = own.iter().map(|p| (p.state.as_str(), p.duration_s)).collect();
                 let greens_of_own: Vec<Lights> = (timing.greens(&states).into_iter())
@@ -200,6 +206,42 @@ fn refine(conflicts: &mut Conflicts, layout: &LaneLayout, net: &NetFile) -> bool
         }
     }
     overlap
+}
+
+/// Takes the right of way from movements that have it beside another one into the same leg: from that of the two which has it in
+/// more greens. One that has no other gets a green with its approach alone.
+fn without_merging(
+    greens: &mut Vec<ProgramPhase>,
+    layout: &LaneLayout,
+    movement_of_link: &[usize],
+    may: &[(String, String)],
+) {
+    let all = &layout.movements;
+    let has = |green: &ProgramPhase, m: usize| {
+        lights(&green.state, movement_of_link)[m] == Light::Protected
+    };
+    let is_exempt = |m: &Movement| may.contains(&(m.from_edge(), m.to_edge()));
+    let merge = |a: &Movement, b: &Movement| {
+        let ahead = a.turn != Turn::Right && b.turn != Turn::Right;
+        ahead && a.from != b.from && a.to == b.to && !(is_exempt(a) && is_exempt(b))
+    };
+    for (a, b) in (0..all.len()).flat_map(|a| (0..a).map(move |b| (a, b))) {
+        for place in (0..greens.len()).filter(|_| merge(&all[a], &all[b])) {
+            if !has(&greens[place], a) || !has(&greens[place], b) {
+                continue;
+            }
+            let count = |m: usize| greens.iter().filter(|green| has(green, m)).count();
+            let waits = if count(a) > count(b) { a } else { b };
+            if count(waits) == 1 {
+                let own = movement_of_link.iter().map(|m| all[*m].from == all[waits].from);
+                let state = own.map(|is_own| if is_own { 'G' } else { 'r' }).collect::<String>();
+                greens.push(ProgramPhase::fixed(state, greens[place].duration_s));
+            }
+            let letters = greens[place].state.chars().zip(movement_of_link);
+            let state = letters.map(|(c, m)| if *m == waits { 'r' } else { c }).collect();
+            greens[place].state = state;
+        }
+    }
 }
 
 /// Returns of every link of the signal whether it turns right from the rightmost lane, and no sign forbids that on red.
@@ -305,6 +347,31 @@ mod tests {
                 assert_eq!(link_order(&shape, &layout), links, "{side:?}: {:?}", shape.arms);
             }
         }
+    }
+
+    #[test]
+    fn two_movements_go_into_one_leg_together_only_where_they_may() {
+        // From the north straight on and from the stem to the left, each into lanes of its own.
+        let mut tee = tee();
+        (tee.arms[0].lanes_in, tee.arms[0].left_turn_lanes, tee.arms[2].lanes_out) = (3, 1, 3);
+        let together = |spec: &IntersectionSpec, no_merging_greens: bool| {
+            let mut scenario = defaults();
+            scenario.signal.no_merging_greens = no_merging_greens;
+            let folder = tempfile::tempdir().unwrap();
+            let netconvert = Netconvert::find().unwrap();
+            let (text, layout, _) = netconvert.build(spec, &scenario, folder.path()).unwrap();
+            let net = NetFile::parse(&text).unwrap();
+            let movement_of_link = movement_of_link(&layout, &links(&layout, &net).unwrap());
+            let [one, other] = [(0, 2), (1, 2)]
+                .map(|way| layout.movements.iter().position(|m| (m.from, m.to) == way).unwrap());
+            net.program(DEFAULT_PROGRAM).unwrap().iter().any(|phase| {
+                let lights = lights(&phase.state, &movement_of_link);
+                [one, other].iter().all(|m| lights[*m] == Light::Protected)
+            })
+        };
+        assert!(together(&tee, false) && !together(&tee, true));
+        tee.merging = [("in0", "out2"), ("in1", "out2")].map(|(a, b)| (a.into(), b.into())).into();
+        assert!(together(&tee, true));
     }
 
     #[test]

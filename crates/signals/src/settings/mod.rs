@@ -326,7 +326,7 @@ const WHOLE: &str = "name = \"x\"\nsignal.max_green_s = 50\nsignal.lane_width_m 
     signal.left_turns = \"permissive\"\n\
     signal.pedestrian_calls_per_h = 1.0\nfamily.points = \"p\"\nfamily.zero_pedestrians = true\nfamily.existing = \"e\"\n\
                      family.approaches = \"a\"\nfamily.directional_split = 0.55\n\
-                     family.peak_heading_deg = 90\nsignal.turn_on_red = true\n\
+                     family.peak_heading_deg = 90\nsignal.turn_on_red = true\nsignal.no_merging_greens = true\n\
                      demand.heavy_vehicles = 0.03\ndemand.sigma = 0.2\ndemand.impatience = 0.5";
 
 static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {

@@ -140,6 +140,11 @@ settings! {
         /// turns.
         #[serde(skip_serializing_if = "LeftTurns::is_network")]
         left_turns: LeftTurns = LeftTurns::Network, source "Signal Timing Manual (2nd ed., NCHRP Report 812), chapter 4; HCM";
+        /// Whether no two movements have the right of way into one leg at the same time, right turns apart. netconvert's
+        /// programs let them where there are lanes for both, as at a continuous-green T. Those that do so in the existing plan
+        /// may. It holds for generated networks.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        no_merging_greens: bool = false;
         /// Shortest fixed cycle.
         min_cycle_s: u32 = 20, in 1.0..=600.0, unit "s", source "our choice";
         /// Longest fixed cycle, unless the shortest greens make it longer.

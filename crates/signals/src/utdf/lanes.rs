@@ -3,7 +3,7 @@
 //! - **A movement** is the turn that leads to its destination, whatever its lane group is called; without a destination that
 //!   of its name. Lanes of a left or right group are turn lanes where a through group exists.
 //! - **Lanes that lead away** are those of the link. Where it counts the bays at its far stop line (`Storage`), these are none
-//!   of them. They are at least as many as the widest movement into them has. Without a link that comes back they are the exit lanes of these movements.
+//!   of them. They are at least as many as the widest movement into them has, and those that the plan lets into them together. Without a link that comes back they are the exit lanes of these movements.
 
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;

@@ -106,6 +106,9 @@ fn lengths_arrivals_signs_and_smallest_splits_are_read() {
     let least_s: Vec<f64> =
         converted.plans.all[0].plan.phases.iter().filter_map(|p| p.min_split_s).collect();
     assert_eq!(least_s, [12.0, 30.5, 12.0, 35.2, 12.0, 30.5, 12.0, 35.2]);
+    // Where the plan lets the left turn from the stem beside those who go straight on, each has lanes.
+    let together = TEE.replace("PermPhase1,1", "Phase2,1,,,,,8,,,,,,,,,,\nPermPhase1,1");
+    assert_eq!(read(&together).intersections().unwrap().intersections[0].arms[0].lanes_out, 3);
     let mut counted = read(DOUBLE);
     counted.zero_pedestrians = true;
     let people = |arm: &Approach| arm.counted.unwrap().pedestrians_per_h == Some(0.0);
