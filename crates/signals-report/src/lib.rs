@@ -2,6 +2,7 @@
 //! map, signal plans; and the page on the quality of a family that was derived from a map.
 
 mod answers;
+mod audit;
 mod capacity;
 mod corridors;
 mod demand;

@@ -219,7 +219,7 @@ fn queue_ratio(movement: &MovementResult) -> Option<f64> {
 }
 
 /// Returns what capacities are computed with; `None` where the settings do not say it.
-fn basis(data: &Analysis) -> Option<Basis> {
+pub(crate) fn basis(data: &Analysis) -> Option<Basis> {
     let settings = &data.manifest.identity.settings;
     let saturation_vph = settings.pointer("/fixed_time/saturation_flow_vph")?.as_f64()?;
     let side = settings.pointer("/network/driving_side").and_then(Json::as_str);

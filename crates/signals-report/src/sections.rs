@@ -5,6 +5,7 @@ use std::path::Path;
 use minijinja::{Value, context};
 
 use super::answers;
+use super::audit;
 use super::corridors;
 use super::happened::happened;
 use super::intersections::{geojson, spots, table};
@@ -72,8 +73,9 @@ impl TrafficSections {
     fn further(&self, data: &Analysis) -> Vec<(&'static str, TableText)> {
         let Shown { movements, streets, .. } = &self.shown;
         let placed = self.shown.is_placed();
-        let all: [(bool, &str, TableText); 6] = [
+        let all: [(bool, &str, TableText); 7] = [
             (true, plans::cabinet::TABLE, plans::cabinet::table),
+            (audit::shorter(self.seen(data)).1 > 0, audit::TABLE, audit::table),
             (periods::are_known(self.seen(data)), periods::TABLE, periods::table),
             (!movements.is_empty(), movements::TABLE, movements::table),
             (!streets.is_empty(), corridors::TABLE, corridors::table),
@@ -253,6 +255,7 @@ impl Sections for TrafficSections {
         let all = [
             section!("service", "service", "Level of service", service),
             section!("map", "places", "Map", map),
+            section!("audit", "audit", "Audit of existing plans", audit::values(seen)),
             section!("periods", "periods", "Periods of the day", periods::values(seen)),
             section!("movements", "movements", "Movements", movements::values(seen)),
             section!("corridors", "corridors", "Streets of several signals", streets),

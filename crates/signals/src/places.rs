@@ -4,16 +4,19 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
+use osm_signals::{DrivingSide, Turn};
 use serde::{Deserialize, Serialize};
 
 use crate::city::surroundings::{Named, read_names, read_streets};
+use crate::existing::{ExistingPlan, PlanPhase};
 use crate::family::load::LoadedScenario;
 use crate::junction::incoming_edge;
 use crate::network::intersection::{IntersectionSpec, intersections};
 use crate::network::lanes::layout;
-use crate::settings::Detail;
+use crate::settings::{Detail, SignalSettings};
+use crate::timing::{Approach, Timing, Way};
+use crate::vocabulary::{DEFAULT_LANE_WIDTH_M, Heading};
 use basics::files::write_atomically;
 use basics::hash::sha256;
 use basics::units::MPS_PER_MPH;
@@ -95,6 +98,66 @@ pub struct DrawnArm {
     /// Length of the right-turn lanes, metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right_storage_m: Option<f64>,
+}
+
+impl DrawnIntersection {
+    /// Returns the side that traffic keeps to.
+    pub fn side(&self) -> DrivingSide {
+        if self.is_left_hand { DrivingSide::Left } else { DrivingSide::Right }
+    }
+
+    /// Returns the arms that lead to the signal: its approaches.
+    pub fn incoming(&self) -> impl Iterator<Item = &DrawnArm> {
+        self.arms.iter().filter(|arm| !arm.lanes.is_empty())
+    }
+
+    /// Returns the turns that the lanes of each approach allow, with the position of the approach.
+    fn turns(&self) -> impl Iterator<Item = (usize, &DrawnArm, Turn)> {
+        let all = [(Turn::Left, 'l'), (Turn::Through, 's'), (Turn::Right, 'r')];
+        self.incoming().enumerate().flat_map(move |(approach, arm)| {
+            let has = |letter: char| arm.lanes.iter().any(|lane| lane.contains(letter));
+            let own = all.into_iter().filter(move |(_, letter)| has(*letter));
+            own.map(move |(turn, _)| (approach, arm, turn))
+        })
+    }
+
+    /// Returns the limits of its signal, with a link for each turn of an approach.
+    pub fn timing(&self, settings: &SignalSettings) -> Timing {
+        let side = self.side();
+        let approach = |arm: &DrawnArm| {
+            let plain_lanes = arm.lanes.len() as u32 + arm.lanes_out;
+            Approach {
+                heading_deg: side.bearing_deg(arm.bearing_deg) + 180.0,
+                width_m: DEFAULT_LANE_WIDTH_M * f64::from(plain_lanes),
+                plain_lanes,
+                speed_mps: arm.speed_mph * MPS_PER_MPH,
+            }
+        };
+        let way = |(approach, _, turn): (usize, &DrawnArm, Turn)| {
+            let (left, right) = side.swapped((Turn::Left, Turn::Right));
+            let turn = match turn {
+                Turn::Left => left,
+                Turn::Right => right,
+                through => through,
+            };
+            vec![Way { approach, turn }]
+        };
+        let links = self.turns().map(way).collect();
+        Timing::new(settings, self.incoming().map(approach).collect(), links)
+    }
+
+    /// Returns the state in which the links of a phase of a plan that was placed are green, and no other.
+    pub fn state(&self, plan: &ExistingPlan, phase: &PlanPhase) -> String {
+        let is_green = |(_, arm, turn): (usize, &DrawnArm, Turn)| {
+            phase.all_movements().any(|name| {
+                let comes = |(from, _): &(String, String)| *from == arm.edge;
+                let way = Heading::of_movement(name, self.side());
+                way.is_some_and(|way| way.1 == turn)
+                    && plan.ways.get(name).is_some_and(|ways| ways.iter().any(comes))
+            })
+        };
+        self.turns().map(|turn| if is_green(turn) { 'G' } else { 'r' }).collect()
+    }
 }
 
 impl DrawnArm {

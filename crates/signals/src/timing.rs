@@ -34,7 +34,7 @@ mod crosswalks;
 use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 
-pub use crosswalks::{WALK_S, Walk, has_unopposed};
+pub use crosswalks::{WALK_S, WALKING_MPS, Walk, has_unopposed};
 
 use crate::needs::Need;
 use crate::settings::{ChangeInterval, SignalSettings};
@@ -158,11 +158,17 @@ impl Timing {
             .collect()
     }
 
+    /// Returns yellow and all-red of an approach by ITE's formula, seconds, before they are rounded up and brought within
+    /// their limits.
+    pub fn kinematic_s(&self, approach: usize) -> [f64; 2] {
+        let speed_mps = self.approaches[approach].speed_mps.max(SLOWEST_MPS);
+        let red_s = (self.crossing_m(approach) + VEHICLE_M) / speed_mps;
+        [kinematic_yellow_s(speed_mps), red_s]
+    }
+
     /// Returns the change interval of an approach by ITE's formula.
     fn kinematic(&self, approach: usize) -> Change {
-        let speed_mps = self.approaches[approach].speed_mps.max(SLOWEST_MPS);
-        let yellow_s = kinematic_yellow_s(speed_mps);
-        let red_s = (self.crossing_m(approach) + VEHICLE_M) / speed_mps;
+        let [yellow_s, red_s] = self.kinematic_s(approach);
         let yellow = whole(yellow_s).min(MAX_YELLOW_S).max(self.settings.yellow_time_s);
         let all_red = whole(yellow_s + red_s).saturating_sub(yellow);
         Change { yellow_s: yellow, all_red_s: all_red.max(self.settings.all_red_s) }
@@ -189,6 +195,11 @@ impl Timing {
             serves(approach, Turn::Through) || serves(approach, Turn::Left) && !has_through
         };
         !approaches.clone().any(is_other) && approaches.into_iter().any(|a| serves(a, Turn::Left))
+    }
+
+    /// Returns the approaches that have green in a state, some several times.
+    pub fn approaches<'a>(&'a self, state: &'a str) -> impl Iterator<Item = usize> + 'a {
+        self.moving(state, is_green).map(|(way, _)| way.approach)
     }
 
     fn served<'a>(&'a self, green: &'a str, approach: usize) -> impl Iterator<Item = Turn> + 'a {

@@ -18,7 +18,7 @@ use crate::vocabulary::DEFAULT_LANE_WIDTH_M;
 pub const WALK_S: u32 = 7;
 
 /// Speed of pedestrians, metres per second (HCM, MUTCD: 3.5 ft/s).
-const WALKING_MPS: f64 = 1.067;
+pub const WALKING_MPS: f64 = 1.067;
 
 /// Approaches up to which a left turn without an opposite approach has no arrow: those of a T and of a Y, where it is
 /// what its green is for, and yields to those who walk.
@@ -46,11 +46,36 @@ impl Timing {
 
     /// Returns the walk and clearance of the crosswalk of an approach, seconds.
     pub fn crossing_s(&self, approach: usize) -> u32 {
+        whole(f64::from(WALK_S) + self.crosswalk_m(approach) / WALKING_MPS)
+    }
+
+    /// Returns the length of the crosswalk of an approach, metres.
+    pub fn crosswalk_m(&self, approach: usize) -> f64 {
         let approach = &self.approaches[approach];
         let wider_m =
             self.settings.lane_width_m.map_or(0.0, |lane_m| lane_m - DEFAULT_LANE_WIDTH_M);
-        let width_m = approach.width_m + wider_m * f64::from(approach.plain_lanes);
-        whole(f64::from(WALK_S) + width_m / WALKING_MPS)
+        approach.width_m + wider_m * f64::from(approach.plain_lanes)
+    }
+
+    /// Returns which phase of a plan lets people cross an approach: of those that do, that whose through movement has the
+    /// crosswalk at its right, else that with most links; a phase for people alone comes last.
+    ///
+    /// # Arguments
+    ///
+    /// * `states` — per phase with a walk the state in which all its links are green, and no other.
+    pub fn walker(&self, states: &[Option<String>], approach: usize) -> Option<usize> {
+        let heading_deg = |approach: usize| self.approaches[approach].heading_deg;
+        let is_left_of = |(way, _): (&Way, char)| {
+            let turn_deg = turn_degrees(heading_deg(way.approach), heading_deg(approach));
+            way.turn == Turn::Through && CROSSING_DEG.contains(&-turn_deg)
+        };
+        let rank = |(phase, state): (usize, &Option<String>)| {
+            let state = state.as_deref()?;
+            let size = self.moving(state, is_green).count();
+            let serves = size == 0 || self.serves_crossing(state, approach);
+            serves.then(|| (self.moving(state, is_green).any(is_left_of), size, phase))
+        };
+        states.iter().enumerate().filter_map(rank).max().map(|(.., phase)| phase)
     }
 
     /// Whether pedestrians can cross an approach beside what is shown: its crosswalk is open, somebody who does not turn
@@ -66,7 +91,7 @@ impl Timing {
     }
 
     /// Returns the ways whose letters say that vehicles move, with these.
-    fn moving<'a>(
+    pub(super) fn moving<'a>(
         &'a self,
         shown: &'a str,
         moves: fn(char) -> bool,

@@ -1,0 +1,428 @@
+//! What of the plans that signals have today is not as standards want it, without simulation: `audit.csv`, and a table on the
+//! page.
+//!
+//! - **Yellow and all-red**: ITE's kinematic formula at the speed limit, for left turns too; yellow is 3 to 6 s. What a yellow
+//!   is longer counts as all-red.
+//! - **Walk and clearance**: at least 7 s; 3.5 ft/s over the crosswalk, also during yellow and all-red. Crosswalks belong to
+//!   phases as in the simulation.
+//! - **Splits** of plans with a cycle hold the shortest green, and walk and clearance, each with yellow and all-red. Where there
+//!   is none, a call prolongs the green.
+//! - **Volume to capacity**: the recorded volumes, by the greens of the plan if each phase lasts its split.
+//!
+//! Source: ITE (2020); MUTCD (2009), section 4E.06; Signal Timing Manual (2nd ed.), chapters 4 to 6; HCM (6th ed.), chapter 19.
+
+use basics::units::{FOOT_M, KMH_TO_MPH, SECONDS_PER_HOUR};
+use minijinja::{Value, context};
+use osm_signals::Turn;
+use osm_signals::angle::turn_degrees;
+
+use super::capacity::Basis;
+use super::movements::basis;
+use super::plans::told::given_plan;
+use super::shown::Seen;
+use evaluation::report::format;
+use evaluation::report::table::{Cell, Columns, Table};
+use signals::control::existing;
+use signals::existing::{Control, ExistingPlan, PlanPhase, schedule, whole_change};
+use signals::movement_results::{MovementResult, Supply};
+use signals::places::{DrawnArm, DrawnIntersection};
+use signals::settings::SignalSettings;
+use signals::timing::{Timing, WALK_S, WALKING_MPS};
+use signals::vocabulary::{Heading, Light};
+
+/// Name of the table in the report's folder.
+pub(crate) const TABLE: &str = "audit.csv";
+
+/// Most rows of the table on the page.
+const ROWS: usize = 50;
+
+/// How far a time may be below what is required, seconds: cabinets have tenths.
+const SLACK_S: f64 = 0.05;
+
+/// Shortest and longest yellow, seconds (MUTCD, section 4D.26).
+const YELLOW_S: [f64; 2] = [3.0, 6.0];
+
+/// Volume to capacity above which counts or plan are not plausible.
+pub(crate) const IMPLAUSIBLE: f64 = 1.2;
+
+/// Angle from which approaches are opposite, degrees.
+const OPPOSITE_DEG: f64 = 150.0;
+
+/// Something that is not as it should be.
+#[derive(Debug, Clone, PartialEq)]
+struct Finding {
+    what: String,
+    value: f64,
+    required: f64,
+    unit: &'static str,
+    source: &'static str,
+}
+
+/// A plan at its intersection.
+struct Placed<'a> {
+    plan: &'a ExistingPlan,
+    drawn: &'a DrawnIntersection,
+    timing: Timing,
+    /// Per phase the state in which its links are green.
+    states: Vec<String>,
+}
+
+impl<'a> Placed<'a> {
+    fn new(plan: &'a ExistingPlan, drawn: &'a DrawnIntersection, limits: &SignalSettings) -> Self {
+        let states = plan.phases.iter().map(|phase| drawn.state(plan, phase)).collect();
+        Self { plan, drawn, timing: drawn.timing(limits), states }
+    }
+
+    /// Returns the phases, each with its state and the approach with the longest crosswalk that people cross in it.
+    fn phases(&self) -> impl Iterator<Item = (&PlanPhase, &String, Option<usize>)> {
+        let pairs = || self.plan.phases.iter().zip(&self.states);
+        let walks: Vec<Option<String>> =
+            pairs().map(|(phase, state)| phase.walk_s.map(|_| state.clone())).collect();
+        let crosswalks = 0..self.drawn.incoming().count();
+        let walkers: Vec<_> = crosswalks.map(|c| self.timing.walker(&walks, c)).collect();
+        let length_m = |c: &usize| self.timing.crosswalk_m(*c);
+        pairs().enumerate().map(move |(index, (phase, state))| {
+            let own = (0..walkers.len()).filter(|c| walkers[*c] == Some(index));
+            (phase, state, own.max_by(|a, b| length_m(a).total_cmp(&length_m(b))))
+        })
+    }
+
+    /// Returns what is wrong with times and right of way.
+    fn findings(&self) -> Vec<Finding> {
+        let mut found = Vec::new();
+        for (phase, state, crosswalk) in self.phases() {
+            let mut add = |what: String, value: f64, required: f64, source| {
+                let what = format!("phase {}: {what}", phase.number);
+                if value + SLACK_S < required {
+                    found.push(Finding { what, value, required, unit: "s", source });
+                }
+            };
+            let PlanPhase { yellow_s, all_red_s, min_green_s, .. } = *phase;
+            // A phase without a yellow ends nothing.
+            let (mut least_yellow_s, mut least_red_s, mut mph) = (0.0_f64, 0.0_f64, 0.0_f64);
+            for approach in self.timing.approaches(state).filter(|_| yellow_s > 0.0) {
+                let [own_s, red_s] = self.timing.kinematic_s(approach);
+                let own_s = own_s.clamp(YELLOW_S[0], YELLOW_S[1]);
+                least_yellow_s = least_yellow_s.max(own_s);
+                least_red_s = least_red_s.max(red_s - (yellow_s - own_s).max(0.0));
+                mph = self.drawn.incoming().nth(approach).map_or(mph, |arm| mph.max(arm.speed_mph));
+            }
+            let at = format!("at {mph:.0} mph ({:.0} km/h)", mph / KMH_TO_MPH);
+            add(format!("yellow {at}"), yellow_s, least_yellow_s, "ITE");
+            add(format!("all-red {at}"), all_red_s, least_red_s, "ITE");
+            let change_s = yellow_s + all_red_s;
+            let [walk_s, clearance_s] = phase.walk_s.unwrap_or_default();
+            if phase.walk_s.is_some() {
+                add("walk".to_owned(), walk_s, WALK_S.into(), "MUTCD: 7 s, in some cases 4 s");
+            }
+            if let Some(length_m) = crosswalk.map(|c| self.timing.crosswalk_m(c)) {
+                let over = format!("{:.0} ft ({length_m:.1} m)", length_m / FOOT_M);
+                let what = format!("clearance, yellow and all-red over {over}");
+                add(what, clearance_s + change_s, length_m / WALKING_MPS, "MUTCD: 3.5 ft/s");
+            }
+            let people = "split with walk, clearance, yellow and all-red";
+            let (what, least_s) = match walk_s + clearance_s > min_green_s {
+                true => (people, walk_s + clearance_s),
+                false => ("split with shortest green, yellow and all-red", min_green_s),
+            };
+            if self.plan.control != Control::Actuated {
+                let source = "Signal Timing Manual, chapter 6";
+                add(what.to_owned(), phase.split_s(), least_s + change_s, source);
+            }
+            found.extend(phase.yielding.iter().filter_map(|name| self.unprotected(phase, name)));
+        }
+        found
+    }
+
+    /// Returns a turn of several lanes that yields to opposing traffic.
+    fn unprotected(&self, phase: &PlanPhase, name: &str) -> Option<Finding> {
+        let side = self.drawn.side();
+        let ((across, letter), _) = side.swapped(((Turn::Left, 'l'), (Turn::Right, 'r')));
+        Heading::of_movement(name, side).filter(|(_, turn)| *turn == across)?;
+        let ways = self.plan.ways.get(name)?;
+        let from = |edge: &str| self.drawn.incoming().find(|arm| arm.edge == edge);
+        let arm = ways.iter().find_map(|(edge, _)| from(edge))?;
+        let off_deg = |other: &DrawnArm| turn_degrees(arm.bearing_deg, other.bearing_deg).abs();
+        self.drawn.incoming().find(|other| off_deg(other) >= OPPOSITE_DEG)?;
+        let value = arm.lanes.iter().filter(|lane| lane.contains(letter)).count() as f64;
+        let what = format!("phase {}: lanes of {name} that yield", phase.number);
+        let source = "Signal Timing Manual, chapter 4";
+        (value > 1.0).then_some(Finding { what, value, required: 1.0, unit: "lanes", source })
+    }
+
+    /// Whether yellow and all-red, or walk and clearance, of a phase are shorter than those that other methods have to keep.
+    fn is_shorter(&self, limits: &SignalSettings) -> bool {
+        self.phases().any(|(phase, state, crosswalk)| {
+            let own_s = whole_change(phase.yellow_s, phase.all_red_s).total_s();
+            let change = self.timing.change(state, &state.replace('G', "r"));
+            let crosswalk = crosswalk.filter(|_| limits.pedestrians);
+            let walk_s = crosswalk.map_or(0, |c| self.timing.crossing_s(c));
+            let own_walk_s: f64 = phase.walk_s.unwrap_or_default().iter().sum();
+            phase.yellow_s > 0.0 && change.is_some_and(|change| own_s < change.total_s())
+                || own_walk_s + 1.0 <= f64::from(walk_s)
+        })
+    }
+}
+
+/// Returns results with the greens of a plan, if each phase lasts its split, in place of those that were shown.
+fn supplied(plan: &ExistingPlan, results: &[MovementResult]) -> Vec<MovementResult> {
+    // Cabinets have tenths of seconds, schedules whole numbers.
+    let tenfold = |phase: &PlanPhase| PlanPhase {
+        max_green_s: 10.0 * phase.max_green_s,
+        yellow_s: 10.0 * phase.yellow_s,
+        all_red_s: 10.0 * phase.all_red_s,
+        ..phase.clone()
+    };
+    let phases = plan.phases.iter().map(tenfold).collect();
+    let (timed, cycle) = schedule(&ExistingPlan { phases, ..plan.clone() });
+    let is_green =
+        |p: usize, at: u32| (at + cycle - timed[p].begin_s % cycle) % cycle < timed[p].green_s;
+    let of = |m: &MovementResult| {
+        let way = (m.from.clone(), m.to.clone());
+        let has = |names: &[String]| {
+            names.iter().filter_map(|n| plan.ways.get(n)).any(|ways| ways.contains(&way))
+        };
+        let light = |phase: &PlanPhase| match has(&phase.movements) {
+            true => Light::Protected,
+            false if has(&phase.yielding) => Light::Permissive,
+            false => Light::Red,
+        };
+        let of_phases: Vec<Light> = plan.phases.iter().map(light).collect();
+        let shown = |at: u32| {
+            let green = (0..timed.len()).filter(|p| is_green(*p, at));
+            green.map(|p| of_phases[p]).max().unwrap_or(Light::Red)
+        };
+        let lights: Vec<Light> = (0..cycle).map(shown).collect();
+        let count = |of: &dyn Fn(usize) -> bool| (0..lights.len()).filter(|at| of(*at)).count();
+        let share = |of: Light| count(&|at| lights[at] == of) as f64 / f64::from(cycle);
+        let was_red = |at: usize| lights[(at + lights.len() - 1) % lights.len()] == Light::Red;
+        let greens = count(&|at| lights[at] != Light::Red && was_red(at)) as f64;
+        let supply = m.supply.as_ref().map(|supply| Supply {
+            protected_share: share(Light::Protected),
+            permissive_share: share(Light::Permissive),
+            greens_per_h: greens * 10.0 * SECONDS_PER_HOUR / f64::from(cycle),
+            ..supply.clone()
+        });
+        MovementResult { supply, ..m.clone() }
+    };
+    results.iter().map(of).collect()
+}
+
+/// Returns the ratio of volume to capacity of every lane group, with its movements.
+fn of_groups(results: &[MovementResult], basis: Basis) -> Vec<(String, f64)> {
+    let mut found: Vec<(String, f64)> = Vec::new();
+    for (m, capacity) in results.iter().zip(basis.capacities(results)) {
+        let Some((supply, capacity)) = m.supply.as_ref().zip(capacity) else { continue };
+        if found.iter().all(|(group, _)| *group != supply.group) {
+            found.push((supply.group.clone(), capacity.ratio));
+        }
+    }
+    found
+}
+
+/// Returns the ratios of volume to capacity under a method: by the greens of the plan that it was given, else by those that
+/// were shown; nothing where records do not say them.
+pub(crate) fn ratios(seen: Seen<'_>, point: usize, method: usize) -> Vec<(String, f64)> {
+    let identity = &seen.data.manifest.identity;
+    let task = seen.shown.movements.iter().find(|t| (t.point, t.method) == (point, method));
+    let Some((task, basis)) = task.zip(basis(seen.data)) else { return Vec::new() };
+    match given_plan(&identity.points[point], &identity.methods[method]) {
+        Some(plan) => of_groups(&supplied(&plan, &task.results), basis),
+        None => of_groups(&task.results, basis),
+    }
+}
+
+/// Returns the lane groups above capacity.
+fn overloaded(ratios: Vec<(String, f64)>) -> impl Iterator<Item = Finding> {
+    ratios.into_iter().filter(|(_, ratio)| *ratio > 1.0).map(|(group, value)| {
+        let check = if value > IMPLAUSIBLE { ": check plan and counts first" } else { "" };
+        let source = "Highway Capacity Manual, chapter 19";
+        let what = format!("{group}: volume to capacity{check}");
+        Finding { what, value, required: 1.0, unit: "", source }
+    })
+}
+
+/// Does something with the plan that a signal has today at every point MDP where it is known.
+fn each<T>(seen: Seen<'_>, of: impl Fn(usize, &Placed<'_>, &SignalSettings) -> T) -> Vec<T> {
+    let identity = &seen.data.manifest.identity;
+    let limits = identity.settings.get("signal").cloned().unwrap_or_default();
+    let Ok(limits) = serde_json::from_value::<SignalSettings>(limits) else { return Vec::new() };
+    let at = |point: usize| {
+        let plan = given_plan(&identity.points[point], existing::METHOD.name)?;
+        let drawn = seen.shown.drawing(&identity.points[point].point)?;
+        Some(of(point, &Placed::new(&plan, drawn, &limits), &limits))
+    };
+    (0..seen.data.points.len()).filter_map(at).collect()
+}
+
+/// Returns what is wrong with the plans of today, by point MDP, with those that have nothing.
+fn all(seen: Seen<'_>) -> Vec<(usize, Vec<Finding>)> {
+    let methods = &seen.data.manifest.identity.methods;
+    let method = methods.iter().position(|m| m == existing::METHOD.name);
+    each(seen, |point, placed, _| {
+        let ratios = method.map(|method| ratios(seen, point, method)).unwrap_or_default();
+        (point, placed.findings().into_iter().chain(overloaded(ratios)).collect())
+    })
+}
+
+/// Returns the table of findings on plans of today.
+fn rows(seen: Seen<'_>, found: Vec<(usize, Finding)>) -> Table {
+    let Seen { data, shown } = seen;
+    let row = |point: usize| &data.points[point].row;
+    let cell = |value: f64, unit: &str| {
+        Cell::number(value, |v| match unit {
+            "s" => format!("{v:.1} s"),
+            _ => format!("{} {unit}", format::score(v)).trim_end().to_owned(),
+        })
+    };
+    Columns::new()
+        .text("point", "", move |(point, _): &(usize, Finding)| row(*point).point.clone())
+        .text("signal", "Signal", move |(point, _)| shown.title(row(*point)))
+        .text("finding", "Finding", |(_, f)| f.what.clone())
+        .column("value", "Value", move |(_, f)| cell(f.value, f.unit))
+        .column("required", "Required", move |(_, f)| cell(f.required, f.unit))
+        .text("unit", "", |(_, f)| f.unit.to_owned())
+        .text("source", "Source", |(_, f)| f.source.to_owned())
+        .table(found)
+}
+
+fn flat(all: Vec<(usize, Vec<Finding>)>) -> Vec<(usize, Finding)> {
+    let of = |(point, found): (usize, Vec<Finding>)| found.into_iter().map(move |f| (point, f));
+    all.into_iter().flat_map(of).collect()
+}
+
+/// Returns the table.
+pub(crate) fn table(seen: Seen<'_>) -> String {
+    rows(seen, flat(all(seen))).csv()
+}
+
+/// Returns the section; undefined where no plan of today is known.
+pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
+    let all = all(seen);
+    let (plans, wrong) = (all.len(), all.iter().filter(|(_, found)| !found.is_empty()).count());
+    let mut found = flat(all);
+    let count = found.len();
+    found.truncate(ROWS);
+    let table = rows(seen, found).html("What is shorter, or more, than required.");
+    (plans > 0).then(|| context! { plans, wrong, count, rows => ROWS, table })
+}
+
+/// Returns at how many signals, of how many, what is done today has shorter clearances than other methods have to keep.
+pub(crate) fn shorter(seen: Seen<'_>) -> (usize, usize) {
+    let short = each(seen, |_, placed, limits| placed.is_shorter(limits));
+    (short.iter().filter(|is| **is).count(), short.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use osm_signals::DrivingSide;
+
+    use super::*;
+
+    /// A street of 40 mph with double left turns across one of 30 mph, signalled as the standards want it.
+    const PLAN: &str = "\
+        intersection,control,cycle_s,phase,ring,barrier,position,movements,yielding,min_green_s,max_green_s,yellow_s,all_red_s,walk_s,clearance_s
+        7,pretimed,90,1,1,1,1,WBL,,5,9.8,4,1.2,,
+        7,pretimed,90,2,1,1,2,EBT EBR,,10,34.8,4,1.2,7,14
+        7,pretimed,90,4,1,2,1,NBT NBR,NBL,10,29.9,3.2,1.9,7,18
+        7,pretimed,90,5,2,1,1,EBL,,5,9.8,4,1.2,,
+        7,pretimed,90,6,2,1,2,WBT WBR,,10,34.8,4,1.2,7,14
+        7,pretimed,90,8,2,2,1,SBT SBR,SBL,10,29.9,3.2,1.9,7,18
+";
+
+    /// Audits the plan with changes of some of its rows, and with some vehicles per hour.
+    fn audited(changes: &[(&str, &str)], [through_vph, left_vph]: [f64; 2]) -> Vec<String> {
+        let mut table = PLAN.replace("        ", "");
+        for (from, to) in changes {
+            assert!(table.contains(from), "{from}");
+            table = table.replace(from, to);
+        }
+        let mut plan = signals::existing::read(&table, "plan.csv").unwrap().all.remove(0).plan;
+        let arms = ["SB", "WB", "NB", "EB"];
+        let arm = |k: usize| DrawnArm {
+            name: String::new(),
+            edge: format!("in{k}"),
+            bearing_deg: 90.0 * k as f64,
+            lanes: [["rs", "s", "l"].as_slice(), &["rs", "s", "l", "l"]][k % 2]
+                .iter()
+                .map(|turns| (*turns).to_owned())
+                .collect(),
+            lanes_out: 2,
+            speed_mph: [30.0, 40.0][k % 2],
+            left_storage_m: None,
+            right_storage_m: None,
+        };
+        let drawn = DrawnIntersection {
+            point: "p".to_owned(),
+            intersection: "7".to_owned(),
+            period: String::new(),
+            is_left_hand: false,
+            arms: (0..4).map(arm).collect(),
+        };
+        for (k, name) in arms.iter().enumerate() {
+            for (turn, to) in [("R", 3), ("T", 2), ("L", 1)] {
+                let way = (format!("in{k}"), format!("out{}", (k + to) % 4));
+                plan.ways.insert(format!("{name}{turn}"), vec![way]);
+            }
+        }
+        let limits =
+            SignalSettings { pedestrians: true, lane_width_m: Some(3.66), ..Default::default() };
+        let movement = |(name, vehicles_veh, lanes): (&str, f64, u32)| MovementResult {
+            from: plan.ways[name][0].0.clone(),
+            to: plan.ways[name][0].1.clone(),
+            movement: name.to_owned(),
+            signal: "c".to_owned(),
+            links: vec![],
+            vehicles_veh,
+            unfinished_veh: 0.0,
+            delay_s: None,
+            stops: None,
+            queue_50_veh: 0.0,
+            queue_95_veh: 0.0,
+            storage_m: None,
+            crosswalk_delay_s: None,
+            supply: Some(Supply {
+                group: name.to_owned(),
+                lanes,
+                group_lanes: lanes,
+                protected_share: 0.0,
+                permissive_share: 0.0,
+                greens_per_h: 0.0,
+            }),
+        };
+        let results = [("NBT", through_vph, 2), ("WBL", left_vph, 2)].map(movement);
+        let basis = Basis { saturation_vph: 1800.0, hours: 1.0, side: DrivingSide::Right };
+        let ratios = of_groups(&supplied(&plan, &results), basis);
+        let placed = Placed::new(&plan, &drawn, &limits);
+        let found = placed.findings().into_iter().chain(overloaded(ratios));
+        found.map(|f| format!("{} {:.2} {:.2}", f.what, f.value, f.required)).collect()
+    }
+
+    #[test]
+    fn ten_planted_faults_are_found_and_none_besides() {
+        assert_eq!(audited(&[], [1000.0, 300.0]), [""; 0]);
+        let faults = [
+            ("1,WBL,,5,9.8", "1,WBL,,12,9.8"),
+            ("EBT EBR,,10,34.8,4", "EBT EBR,EBL,10,35.8,3"),
+            ("9.9,3.2,1.9,7,18\n7,pretimed,90,5", "9.9,3.2,1.9,7,9\n7,pretimed,90,5"),
+            ("EBL,,5,9.8,4,", "EBL,,5,10.8,3,"),
+            ("WBR,,10,34.8,4,1.2,7,14", "WBR,,10,35.8,4,0.2,4,14"),
+            ("8,2,2,1,SBT SBR,SBL,10,29.9", "8,2,2,1,SBT SBR,SBL,10,20.9"),
+        ];
+        // Yellow 1 + 17.88 / 6.1, all-red (16 + 6.1) / 17.88 less what yellow is longer; 6 lanes of 12 ft at 3.5 ft/s; 1,800
+        // veh/h by two lanes and 29.9 or 9.8 of 90 s, left turns less 5%.
+        let expected = [
+            "phase 1: split with shortest green, yellow and all-red 15.00 17.20",
+            "phase 2: yellow at 40 mph (64 km/h) 3.00 3.93",
+            "phase 2: lanes of EBL that yield 2.00 1.00",
+            "phase 4: clearance, yellow and all-red over 72 ft (22.0 m) 14.10 20.58",
+            "phase 5: yellow at 40 mph (64 km/h) 3.00 3.93",
+            "phase 6: all-red at 40 mph (64 km/h) 0.20 1.17",
+            "phase 6: walk 4.00 7.00",
+            "phase 8: split with walk, clearance, yellow and all-red 26.00 30.10",
+            "NBT: volume to capacity: check plan and counts first 1.25 1.00",
+            "WBL: volume to capacity 1.10 1.00",
+        ];
+        assert_eq!(audited(&faults, [1500.0, 410.0]), expected);
+    }
+}
