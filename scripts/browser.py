@@ -2,8 +2,8 @@
 
     python scripts/browser.py FOLDER PAGE...     FOLDER gets a screenshot and PDF files of each page
 
-On paper (A4 and Letter; landscape where the page asks for it) no column may be cut off, and an intersection has two sheets at
-most.
+On paper (A4 and Letter; landscape where the page asks for it) no column may be cut off, and an intersection takes at most
+two sheets.
 
 Exits with 1 where a page has a fault.
 """
@@ -20,7 +20,7 @@ THERE = "(id) => document.getElementById(id) !== null"
 WIDE = "() => document.documentElement.scrollWidth"
 FURTHEST = "() => Math.max(...[...document.querySelectorAll('th, td, .box, svg')].map((e) => e.getBoundingClientRect().right))"
 LANDSCAPE = "() => /@page \\{ size: landscape/.test(document.head.textContent)"
-# Height and width within the margins, CSS pixels: 96 an inch, 25.4 mm.
+# Long and short side, millimetres.
 PAPER = {"A4": (297, 210), "Letter": (279.4, 215.9)}
 MARGINS_MM = 2 * 10
 
@@ -50,7 +50,7 @@ def faults_of(browser, path, picture):
 
 
 def faults_on_paper(browser, path, pdf):
-    """Margins are those of the sheets; a page in portrait has wider ones, and figures that shrink."""
+    """Of pages in landscape, which are the sheets, columns have to end within the margins; at 96 pixels an inch."""
     found = []
     page = browser.new_page()
     page.goto(path.resolve().as_uri())

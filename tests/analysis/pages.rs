@@ -263,6 +263,7 @@ fn a_coordinated_plan_of_today_that_was_simulated_alone_is_named_beside_the_gain
             recall: Recall::Max,
             dual_entry: true,
             inhibit_max: false,
+            detectors: String::new(),
         };
         let other =
             PlanPhase { number: 4, barrier: 2, movements: vec!["EBT".to_owned()], ..phase.clone() };

@@ -1,6 +1,7 @@
 //! What traffic adds to the first page: vehicle-hours.
 
 use super::demand::{self, HOUR_S};
+use super::plans::cabinet::unserved_people;
 use super::plans::told::given_plan;
 use evaluation::analysis::{Analysis, PointSummary};
 use evaluation::report::format;
@@ -69,17 +70,25 @@ fn compared(data: &Analysis) -> Option<[usize; 2]> {
     Some([data.best()?.index, of_today.or(data.reference.index)?])
 }
 
+/// Returns the delay of people on foot, seconds; `None` where it is not known, or a fixed cycle has phases for them alone, in
+/// which nobody walks.
+pub(super) fn delay_on_foot(data: &Analysis, point: usize, method: usize) -> Option<f64> {
+    let plan = given_plan(&data.points[point].row, &data.manifest.identity.methods[method]);
+    let is_served = plan.is_none_or(|plan| unserved_people(&plan).is_empty());
+    let result = data.points[point].results[method].as_ref().filter(|_| is_served)?;
+    result.metrics.get(PEDESTRIAN_DELAY).copied()
+}
+
 /// Says what the best method does to people on foot; `None` where they do not count on every point MDP.
 pub(super) fn on_foot(data: &Analysis) -> Option<String> {
     let [best, reference] = compared(data)?;
+    let identity = &data.manifest.identity;
     let delay_s = |method: usize| {
-        let of = |p: &PointSummary| {
-            Some((p.weight, *p.results[method].as_ref()?.metrics.get(PEDESTRIAN_DELAY)?))
-        };
-        weighted_mean(data.points.iter().map(of).collect::<Option<Vec<_>>>()?)
+        let of = |(i, p): (usize, &PointSummary)| Some((p.weight, delay_on_foot(data, i, method)?));
+        weighted_mean(data.points.iter().enumerate().map(of).collect::<Option<Vec<_>>>()?)
     };
     let (own_s, other_s) = (delay_s(best)?, delay_s(reference)?);
-    let [own, other] = [best, reference].map(|m| &data.manifest.identity.methods[m]);
+    let [own, other] = [best, reference].map(|m| &identity.methods[m]);
     let change = match own_s - other_s {
         _ if best == reference => String::new(),
         more if more >= 0.0 => format!(", {more:.1} s more than under {other}"),

@@ -10,14 +10,14 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
-use super::answers::{is_coordinated, today};
+use super::answers::{delay_on_foot, is_coordinated, today};
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
 use super::movements;
 use super::plans::cabinet::{hides_walk, of_plan, phases, rings, seconds};
 use super::plans::remove_earlier;
 use super::plans::told::{Told, best, renamed};
-use super::shown::Seen;
+use super::shown::{OfTask, Seen};
 use super::sketch::sketch;
 use basics::files::{FileError, write_atomically};
 use evaluation::analysis::Analysis;
@@ -28,8 +28,7 @@ use evaluation::stats::score::mean;
 use signals::existing::ExistingPlan;
 use signals::family::load::id_of_intersection;
 use signals::movement_results::MovementResult;
-use signals::places::{DrawnArm, DrawnIntersection};
-use signals::trial::PEDESTRIAN_DELAY;
+use signals::places::DrawnIntersection;
 
 /// Name of the folder within the report.
 pub(super) const FOLDER: &str = "intersections";
@@ -193,28 +192,20 @@ fn number(value: Option<f64>) -> String {
     }
 }
 
-/// Returns the delay at each crosswalk under some methods, over all trainings; nothing where people on foot do not count.
-fn crosswalks(
-    seen: Seen<'_>,
-    c: &Compared,
-    methods: &[usize],
-    drawn: &DrawnIntersection,
-) -> Vec<Value> {
-    let delay = |method: &usize, edge: &str| {
-        let own = seen.shown.movements.iter();
-        let own = own.filter(|t| (t.point, t.method) == (c.point, *method));
-        let of_task =
-            |results: &[MovementResult]| results.iter().find(|m| m.from == edge)?.crosswalk_delay_s;
-        mean(&own.map(|task| of_task(&task.results)).collect::<Option<Vec<_>>>()?)
-    };
-    let of_arm = |arm: &DrawnArm| {
-        let delays: Vec<Option<f64>> = methods.iter().map(|m| delay(m, &arm.edge)).collect();
-        let text = |delay: &Option<f64>| delay.map_or("-".to_owned(), |s| format!("{s:.0}"));
-        let is_known = delays.iter().any(Option::is_some);
-        let cells: Vec<String> = delays.iter().map(text).collect();
-        is_known.then(|| context! { name => arm.name.as_str(), cells })
-    };
-    drawn.arms.iter().filter_map(of_arm).collect()
+/// Says the delay at the crosswalk of each approach, over all trainings, such as `NB 14, EB 42`; nothing where people on foot do
+/// not count.
+fn crosswalks(seen: Seen<'_>, point: usize, method: usize) -> String {
+    let own = || seen.shown.movements.iter().filter(|t| (t.point, t.method) == (point, method));
+    let mut said: Vec<String> = Vec::new();
+    for m in own().next().iter().flat_map(|task| &task.results) {
+        let of_task = |t: &OfTask<Vec<MovementResult>>| {
+            t.results.iter().find(|r| r.from == m.from)?.crosswalk_delay_s
+        };
+        let delay = own().map(of_task).collect::<Option<Vec<_>>>().and_then(|all| mean(&all));
+        let text = delay.zip(m.movement.get(..2)).map(|(s, name)| format!("{name} {s:.0}"));
+        said.extend(text.filter(|text| !said.contains(text)));
+    }
+    said.join(", ")
 }
 
 fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
@@ -240,7 +231,8 @@ fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
         method => identity.methods[method].clone(),
         delay,
         level => letter(result.objective).to_string(),
-        on_foot => result.metrics.get(PEDESTRIAN_DELAY).map(|s| format!("{s:.1}")),
+        on_foot => delay_on_foot(data, c.point, method).map(|s| format!("{s:.1}")),
+        crosswalks => crosswalks(seen, c.point, method),
         change => change(data, c, method).map(|change| with_width(change, true)),
         probability,
         stops => stops(seen, c.point, method).map(|stops| format!("{stops:.2}")),
@@ -331,7 +323,7 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
     let mut is_whole = true;
     let periods: Vec<Value> = all
         .iter()
-        .map(|(c, drawn)| {
+        .map(|(c, _)| {
             let mut methods = vec![c.reference];
             for method in [c.best, c.runner_up].into_iter().flatten() {
                 if !methods.contains(&method) {
@@ -361,8 +353,7 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
                 hours => c.hours.map(seconds),
                 rows,
                 movements => movements::point(seen, c.point, None),
-                crosswalks => crosswalks(seen, c, &methods, drawn),
-                methods => methods.iter().map(|m| identity.methods[*m].clone()).collect::<Vec<_>>(),
+                has_people => methods.iter().any(|m| delay_on_foot(data, c.point, *m).is_some()),
                 plans => shown_plans.into_iter().map(|told| plan(seen, told)).collect::<Vec<_>>(),
             }
         })

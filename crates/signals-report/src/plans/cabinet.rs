@@ -130,7 +130,7 @@ pub(crate) fn hides_walk(plan: &ExistingPlan) -> bool {
 }
 
 /// Returns the numbers of the phases of a fixed cycle that are for pedestrians alone, whom nothing serves there.
-fn unserved_people(plan: &ExistingPlan) -> Vec<String> {
+pub(crate) fn unserved_people(plan: &ExistingPlan) -> Vec<String> {
     let phases = plan.phases.iter().filter(|_| plan.control == Control::Pretimed);
     phases.filter(|p| p.is_for_people()).map(|p| p.number.to_string()).collect()
 }
@@ -165,6 +165,7 @@ pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
             },
             dual_entry => phase.dual_entry,
             inhibit_max => phase.inhibit_max,
+            detectors => phase.detectors.as_str(),
         }
     };
     phases.into_iter().map(value).collect()
@@ -304,6 +305,7 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             is_coordinated => told.plan.control == Control::Coordinated,
             hides_walk => hides_walk(&told.plan),
             unserved_people => unserved_people(&told.plan).join(", "),
+            has_detectors => told.plan.phases.iter().any(|phase| !phase.detectors.is_empty()),
             is_today => identity.methods[told.method] == existing::METHOD.name,
             is_given => !told.plan.ways.is_empty(),
             rings => rings(&told.plan),

@@ -111,6 +111,9 @@ pub struct PlanPhase {
     /// Whether it may last longer than its longest green where it begins early, up to the end of its split (UTDF's
     /// `InhibitMax`); only when coordinated.
     pub inhibit_max: bool,
+    /// What sheets say of its detectors; they are not simulated.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub detectors: String,
 }
 
 impl PlanPhase {
@@ -485,6 +488,7 @@ pub(crate) mod testing {
             recall: Recall::None,
             dual_entry: number.is_multiple_of(2),
             inhibit_max: false,
+            detectors: String::new(),
         }
     }
 

@@ -54,6 +54,7 @@ pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
         dual_entry: p.number.is_multiple_of(2),
         // A force-off ends a phase that began early, not the length of its split.
         inhibit_max: p.split_s.is_some(),
+        detectors: String::new(),
     };
     let phases = signal.rings.iter().map(phase).collect();
     let Some(cycle_s) = signal.cycle_s.map(f64::from) else {
@@ -123,6 +124,7 @@ pub fn of_program(
                 recall: if is_fixed { Recall::Max } else { Recall::Min },
                 dual_entry: true,
                 inhibit_max: false,
+                detectors: String::new(),
             }
         })
         .collect();

@@ -101,6 +101,7 @@ columns! {
     dual_entry: bool,
     inhibit_max: bool,
     min_split_s: f64,
+    detectors: Box<str>,
 }
 
 impl Value for f64 {
@@ -128,6 +129,18 @@ impl Value for u32 {
 
     fn of_cell(row: &Row, at: usize) -> Option<Self> {
         f64::of_cell(row, at).filter(|n| n.fract() == 0.0 && *n >= 0.0).map(|n| n as Self)
+    }
+
+    fn write(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Value for Box<str> {
+    const EXPECTED: &'static str = "words";
+
+    fn read(text: &str) -> Option<Self> {
+        Some(text.into())
     }
 
     fn write(&self) -> String {
@@ -313,6 +326,7 @@ impl Cells {
             dual_entry: Some(phase.dual_entry),
             inhibit_max: Some(phase.inhibit_max),
             min_split_s: phase.min_split_s,
+            detectors: Some(phase.detectors.as_str().into()),
         }
     }
 
@@ -365,6 +379,7 @@ impl Cells {
             recall: self.recall.unwrap_or_default(),
             dual_entry: self.dual_entry.unwrap_or(has_through),
             inhibit_max: self.inhibit_max.unwrap_or(false),
+            detectors: self.detectors.map_or_else(String::new, String::from),
         })
     }
 }

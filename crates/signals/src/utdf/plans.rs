@@ -25,6 +25,9 @@ const DEFAULT_CHANGE_S: [f64; 2] = [4.0, 1.0];
 /// Most phases of a movement with and without the right of way.
 pub(super) const MOST_OF_MOVEMENT: usize = 4;
 
+/// Most detectors of a movement.
+const MOST_DETECTORS: usize = 5;
+
 /// Column of the phases that are for pedestrians alone.
 pub(super) const PEOPLE: &str = "PED";
 
@@ -73,6 +76,19 @@ impl Utdf {
         }
         plan.check()?;
         Ok(Some(plan))
+    }
+
+    /// Says how far each detector of a lane group is from the stop line, and in brackets how long it is; `None` without any.
+    fn detectors(&self, id: &str, column: &str) -> Option<String> {
+        let unit = if self.network.get("metric") == Some(&1.0) { "m" } else { "ft" };
+        let text = |name: String| Some(&self.lanes.cell(&name, id, column)?.text);
+        let one = |n| {
+            let length = text(format!("detectsize{n}"));
+            let length = length.map_or_else(String::new, |length| format!(" ({length})"));
+            Some(format!("{}{length}", text(format!("detectpos{n}"))?))
+        };
+        let all: Vec<String> = (1..=MOST_DETECTORS).filter_map(one).collect();
+        (!all.is_empty()).then(|| format!("{} {unit}", all.join(", ")))
     }
 
     /// Returns the phase of a column; `None` for one that is not used.
@@ -134,12 +150,13 @@ impl Utdf {
             recall,
             dual_entry: flag("dualentry")?,
             inhibit_max: flag("inhibitmax")?,
+            detectors: String::new(),
         }))
     }
 
     /// Gives phases their movements, or says why they cannot have them.
     fn give_movements(&self, id: &str, names: &Names, plan: &mut ExistingPlan) -> Result<(), Stop> {
-        let mut of_people = Vec::new();
+        let (mut of_people, mut listed) = (Vec::new(), Vec::new());
         let kinds = OF_LANES.iter().flat_map(|kind| (1..=MOST_OF_MOVEMENT).map(move |n| (kind, n)));
         for ((kind, yields), n) in kinds {
             let record = &format!("{kind}{n}");
@@ -161,6 +178,14 @@ impl Utdf {
                 };
                 let name = format!("{heading}{}", turn.letter());
                 if !phase.all_movements().any(|known| *known == name) {
+                    // A lane group's detectors stand at the first phase that serves it.
+                    let own = self.detectors(id, column).filter(|_| !listed.contains(column));
+                    if let Some(own) = own {
+                        let all = std::mem::take(&mut phase.detectors);
+                        let both = [all.as_str(), &format!("{name} {own}")];
+                        phase.detectors = both[usize::from(all.is_empty())..].join("; ");
+                        listed.push(column.clone());
+                    }
                     let names = if *yields { &mut phase.yielding } else { &mut phase.movements };
                     names.push(name);
                 }

@@ -204,6 +204,10 @@ fn phases_and_times_become_existing_plans() {
         (Control::Coordinated, Some(100.0), Some(0.0))
     );
     assert_eq!((&one.reference[..], one.sum_s()), (&[2, 6][..], 100.0));
+    let detectors = "DetectPos1,1,0,300\nDetectSize1,1,40\nDetectPos2,1,,5\nVolume,1,80";
+    let with = read(&TWO.replacen("Volume,1,80", detectors, 1)).intersections().unwrap();
+    let all = with.plans.all[0].plan.phases.iter().map(|phase| phase.detectors.as_str());
+    assert_eq!(all.collect::<Vec<_>>().join("|"), "||NBL 0 (40) ft|||||NBT 300, 5 ft");
     let phase = |number: u32| one.phases.iter().find(|p| p.number == number).unwrap();
     let main = phase(2);
     assert_eq!((main.barrier, main.ring, main.position), (1, 1, 2));
