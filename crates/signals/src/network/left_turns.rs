@@ -3,6 +3,8 @@
 //! - **Of an existing plan** the treatments are those of the arms, which [`placed`](crate::placed) tells.
 //! - A left turn **without a lane of its own** stays permissive: an arrow for it would have to hold whoever goes
 //!   straight on from the same lane, which only a green for one approach alone does.
+//! - Of left turns **from their own lanes and a shared one** two lanes would yield. They are protected: both approaches of the
+//!   street are served alone (split phasing).
 //! - A left turn **without an opposing approach** has nobody to yield to, and nothing to choose.
 //! - Left-hand traffic is mirrored before and after, so these are its right turns.
 //!
@@ -71,6 +73,11 @@ pub fn treatments(
                 (asked, _) => asked,
             }
         }
+        (Some(_), asked) if spec.arms[arm].shared_left => match spec.arms[arm].left_turns {
+            Some(LeftTurns::Permissive) if asked == LeftTurns::Existing => LeftTurns::Permissive,
+            _ if asked == LeftTurns::Permissive => LeftTurns::Permissive,
+            _ => LeftTurns::Protected,
+        },
         _ => LeftTurns::Permissive,
     };
     let is_network = signal.left_turns.is_network();

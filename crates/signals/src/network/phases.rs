@@ -57,6 +57,9 @@ pub fn phases(
     for arm in 0..spec.arms.len() {
         match opposite(all, arm) {
             Some(other) if other < arm => {}
+            Some(other) if is_split(layout, lefts, [arm, other]) => {
+                phases.extend([arm, other].map(|arm| alone(all, conflicts, arm)));
+            }
             Some(other) => {
                 phases.push(through_phase(all, conflicts, [arm, other], lefts));
                 if [arm, other].iter().all(has_arrow) {
@@ -125,6 +128,11 @@ pub fn stages(
         };
         stages.retain(|stage| !is_arrow(stage));
         let place = stages.iter().position(serves_both).expect("that stage is no arrow's");
+        if is_split(layout, Some(lefts), pair) {
+            let apart = pair.map(|arm| (alone(all, conflicts, arm), false));
+            drop(stages.splice(place..=place, apart));
+            continue;
+        }
         for i in pair.into_iter().flat_map(|arm| of(all, arm, Turn::Left)) {
             let lights = &mut stages[place].0;
             lights[i] = Light::Red;
@@ -147,6 +155,16 @@ pub fn stages(
     let left_over = greens.split_off(stages.len());
     stages.extend(left_over.into_iter().map(|lights| (lights, false)));
     stages
+}
+
+/// Whether an approach of a street has protected left turns from a lane that goes through, so that each is served alone.
+fn is_split(layout: &LaneLayout, lefts: Option<&[LeftTurns]>, pair: [usize; 2]) -> bool {
+    let is = |arm: usize| {
+        let is_protected = lefts.is_some_and(|lefts| lefts[arm] == LeftTurns::Protected);
+        let turns_left = of(&layout.movements, arm, Turn::Left).next().is_some();
+        is_protected && turns_left && !turns_left_from_its_own_lanes(layout, arm)
+    };
+    pair.into_iter().any(is)
 }
 
 /// Returns the indices of one approach's movements of one category.
@@ -342,6 +360,27 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_street_whose_left_turns_share_a_lane_with_others_is_served_one_approach_after_the_other() {
+        let mut spec = with_left_lanes();
+        (spec.arms[0].lanes_in, spec.arms[0].shared_left) = (4, true);
+        let layout = layout(&spec).unwrap();
+        let (conflicts, mut lefts) = (Conflicts::of(&layout.movements), [LeftTurns::Permissive; 4]);
+        lefts[0] = LeftTurns::Protected;
+        let program = stages(&netconvert_s(&spec), &layout, &conflicts, &lefts);
+        for greens in [
+            program.into_iter().map(|s| s.0).collect(),
+            phases(&spec, &layout, &conflicts, Some(&lefts)),
+        ] {
+            let green = |l: &&Lights| [1, 7].map(|m: usize| l[m] != Light::Red) == [true; 2];
+            assert_eq!(greens.iter().filter(green).count(), 0, "{greens:?}");
+            assert_eq!(
+                wrong(&layout.movements, &greens, &[LeftTurns::ProtectedPermissive; 4]),
+                [""; 0]
+            );
         }
     }
 

@@ -3,7 +3,7 @@
 //! - **A movement** is the turn that leads to its destination, whatever its lane group is called; without a destination that
 //!   of its name. Lanes of a left or right group are turn lanes where a through group exists.
 //! - **Lanes that lead away** are those of the link. Where it counts the bays at its far stop line (`Storage`), these are none
-//!   of them. They are at least as many as the widest movement into them has, and those that the plan lets into them together. Without a link that comes back they are the exit lanes of these movements.
+//!   of them. They are at least as many as the widest movement into them has, and as those that have one phase together. Without a link that comes back they are the exit lanes of these movements.
 
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
@@ -12,6 +12,7 @@ use osm_signals::Turn;
 use osm_signals::intersections::MAX_LANES;
 use sheet::Fault;
 
+use super::plans::MOST_OF_MOVEMENT;
 use super::streets::tenth;
 use super::{Cell, Utdf};
 use crate::family::approaches::{Approach, MOST_PEDESTRIANS_PER_H, MOST_VPH};
@@ -59,7 +60,19 @@ impl Utdf {
         movements: &[Movement<'_>],
     ) -> Result<u32, Fault> {
         let into = || movements.iter().filter(|m| m.to == Some(other));
-        let widest = into().map(|m| m.lanes.max(1)).max().unwrap_or_default();
+        let phases = |m: &Movement<'_>| -> BTreeSet<&str> {
+            let of = |n| Some(self.lanes.cell(&format!("phase{n}"), id, m.column)?.text.as_str());
+            (1..=MOST_OF_MOVEMENT).filter_map(of).collect()
+        };
+        let near = Turn::across(self.side).mirrored();
+        let together = |m: &Movement<'_>| -> u32 {
+            let beside =
+                into().filter(|o| o.column == m.column || o.turn != near && m.turn != near);
+            let shares =
+                |o: &&Movement<'_>| o.column == m.column || !phases(o).is_disjoint(&phases(m));
+            beside.filter(shares).map(|o| o.lanes.max(1)).sum()
+        };
+        let widest = into().map(together).max().unwrap_or_default();
         let lanes = self.links.row("lanes", other);
         let back = Heading::ALL.into_iter().find(|h| self.up(other, *h) == Some(id));
         if let Some(back) = back.filter(|_| !lanes.is_empty()) {

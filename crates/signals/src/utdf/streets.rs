@@ -12,16 +12,16 @@
 
 use std::collections::BTreeMap;
 
+use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 use osm_signals::turn::exits_on;
-use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
 use super::lanes::{Movement, Ways, give_bays, give_turn_lanes};
 use super::volumes::{give, letter, volumes};
 use super::{Cell, Node, START, Utdf};
 
-use crate::existing::{ExistingPlan, NamedPlan, Plans};
+use crate::existing::{NamedPlan, Plans};
 use crate::family::approaches::{self, Approach, Intersection, MOST_VPH, check_arms, gathered};
 use crate::family::doubts::{Doubt, Said};
 use crate::turning::without_zero_pedestrians;
@@ -114,11 +114,7 @@ impl Utdf {
             let (intersection, period, line) = (node.id.clone(), String::new(), node.line);
             match self.plan(&node.id, &names, &mut said) {
                 Ok(None) => {}
-                Ok(Some(plan)) => {
-                    let arms = &mut intersections.last_mut().expect("it was just added").arms;
-                    widen(arms, &plan, self.side);
-                    plans.all.push(NamedPlan { intersection, period, plan, line });
-                }
+                Ok(Some(plan)) => plans.all.push(NamedPlan { intersection, period, plan, line }),
                 Err(Stop::Wrong(fault)) => return Err(fault),
                 Err(Stop::LeftOut(why)) => said.say(NO_PLAN, format!("node {}: {why}", node.id)),
             }
@@ -313,33 +309,6 @@ impl Utdf {
     pub(super) fn units(&self) -> [f64; 2] {
         let is_metric = self.network.get("metric") == Some(&1.0);
         if is_metric { [1.0, KMH_TO_MPH] } else { [FOOT_M, 1.0] }
-    }
-}
-
-/// Gives legs the lanes of the movements that a plan lets into them together, right turns apart.
-fn widen(arms: &mut [Approach], plan: &ExistingPlan, side: DrivingSide) {
-    for pair in plan.pairs() {
-        let mut into = BTreeMap::<usize, BTreeMap<usize, u32>>::new();
-        for name in pair.iter().flat_map(|phase| &plan.phases[*phase].movements) {
-            let Some((heading, turn)) = Heading::of_movement(name, side) else { continue };
-            let own = arms.iter().position(|arm| Heading::begins(&arm.arm) == Some(heading));
-            let Some(from) = own else { continue };
-            let others = (0..arms.len()).filter(|to| *to != from && arms[*to].lanes_out > 0);
-            let others = others.map(|to| (to, arms[to].bearing_deg));
-            let exits = exits_on(side, arms[from].bearing_deg, others);
-            let Some((to, _)) = exits.into_iter().find(|exit| exit.1 == turn) else { continue };
-            let Approach { lanes_in, left_turn_lanes, right_turn_lanes, .. } = arms[from];
-            let lanes = match turn {
-                Turn::Through => lanes_in - left_turn_lanes - right_turn_lanes,
-                turn if turn == Turn::across(side).mirrored() => continue,
-                Turn::Left => left_turn_lanes.max(1),
-                Turn::Right => right_turn_lanes.max(1),
-            };
-            into.entry(to).or_default().insert(from, lanes);
-        }
-        for (to, lanes) in into.into_iter().filter(|(_, lanes)| lanes.len() > 1) {
-            arms[to].lanes_out = arms[to].lanes_out.max(lanes.values().sum());
-        }
     }
 }
 
