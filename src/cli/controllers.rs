@@ -9,6 +9,7 @@ use std::time::Duration;
 use anyhow::Context;
 
 use super::values::at_least_a_second;
+use crate::cli::method_arguments::{add, add_model, add_named, add_plan, learner_of};
 use crate::domains;
 use crate::run::domain::Domain;
 use crate::run::executor::Launcher;
@@ -17,7 +18,6 @@ use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::Manifest;
 use crate::traffic::domain::Traffic;
-use crate::traffic::method_arguments::{add, add_model, add_named, add_plan, learner_of};
 use crate::traffic::model::SignalModel;
 use crate::traffic::own::Host;
 

@@ -7,6 +7,7 @@ use control_tasks::mujoco::MujocoError;
 use osm_signals::OsmError;
 
 use crate::analysis::AnalysisError;
+use crate::cli::method_arguments::OwnError;
 use crate::family::error::FamilyError;
 use crate::files::FileError;
 use crate::report::ReportError;
@@ -18,7 +19,6 @@ use crate::store::error::StoreError;
 use crate::study::StudyError;
 use crate::traffic::city::CityError;
 use crate::traffic::error::TrafficError;
-use crate::traffic::method_arguments::OwnError;
 use crate::traffic::network::error::NetworkError;
 use crate::traffic::sim::error::SimError;
 

@@ -15,6 +15,7 @@ mod folder;
 mod interrupt;
 mod list;
 mod local_run;
+mod method_arguments;
 mod monitor;
 mod osm;
 mod output;

@@ -14,7 +14,6 @@ pub mod error;
 pub mod existing;
 pub mod family;
 pub mod junction;
-pub mod method_arguments;
 pub mod model;
 pub mod movement_results;
 pub mod needs;

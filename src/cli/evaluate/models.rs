@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use super::{EvaluateArgs, finish};
 use crate::cli::executors::check_prepared;
 use crate::cli::folder::RESULTS;
+use crate::cli::method_arguments::model_name;
 use crate::cli::output::note;
 use crate::domains;
 use crate::files::{make_folder_beneath, write_atomically};
@@ -19,7 +20,6 @@ use crate::store::Layout;
 use crate::store::manifest::{Identity, Manifest, Task};
 use crate::store::results::Results;
 use crate::traffic::domain::Traffic;
-use crate::traffic::method_arguments::model_name;
 use crate::traffic::simulator;
 
 /// Returns the models as `run` takes them.

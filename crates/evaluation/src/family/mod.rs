@@ -3,6 +3,7 @@
 //! A family knows neither its task nor what its features mean.
 
 pub mod columns;
+pub mod doubt;
 pub mod error;
 pub mod names;
 pub mod points;

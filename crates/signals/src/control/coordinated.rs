@@ -29,7 +29,7 @@
 use std::collections::BTreeMap;
 
 use super::dual_ring::{self, Recall};
-use super::fixed_time::{OWN, PLAN, SIMULATIONS, budget};
+use super::fixed_time::{SIMULATIONS, budget};
 use super::phase_sets::covering;
 use super::streets::{Stop, Street, streets};
 use super::webster::{Constants, greens, split};
@@ -167,21 +167,7 @@ impl Controller for Coordinated {
     }
 
     fn details(&self) -> BTreeMap<String, String> {
-        let mut details = BTreeMap::from([(SIMULATIONS.to_owned(), self.used.to_string())]);
-        for (signal, plan) in self.signals.iter().zip(self.plans.iter().flatten()) {
-            let text = plan.as_ref().map_or_else(
-                || OWN.to_owned(),
-                |Timed { phases, greens_s, offset_s, cycle_s }| {
-                    let state = |phase: &usize| &signal.phases[*phase].state;
-                    let greens = phases.iter().map(state).zip(greens_s);
-                    let greens: Vec<_> =
-                        greens.map(|(state, s)| format!("{state} {s} s")).collect();
-                    format!("cycle {cycle_s} s, offset {offset_s} s: {}", greens.join(", "))
-                },
-            );
-            details.insert(format!("{PLAN}{}", signal.id), text);
-        }
-        details
+        BTreeMap::from([(SIMULATIONS.to_owned(), self.used.to_string())])
     }
 }
 

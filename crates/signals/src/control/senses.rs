@@ -77,7 +77,7 @@ impl View {
 mod tests {
     use super::super::state::wait_reward;
     use super::super::testing::{QueueWorld, check_learner, two_phase_signal};
-    use super::super::{Controller, Setup, idqn, ippo, max_pressure, mplight};
+    use super::super::{Controller, Setup, idqn, max_pressure, mplight};
     use super::*;
 
     /// Queues of the lanes in place of the learner's own view if there is a width, and a reward of somebody's own.
@@ -170,14 +170,5 @@ mod tests {
     #[test]
     fn it_learns_from_what_somebody_else_sees_and_goes_on_from_a_checkpoint() {
         check_learner(&|episodes| with(idqn::create(&small(), &setup(episodes)), Some(3)));
-        let config = ippo::Config {
-            hidden: 16,
-            learning_rate: 5e-3,
-            num_steps: 120,
-            minibatch_size: 40,
-            update_epochs: 10,
-            ..ippo::Config::default()
-        };
-        check_learner(&|episodes| with(ippo::create(&config, &setup(episodes)), Some(3)));
     }
 }

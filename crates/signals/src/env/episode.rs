@@ -134,16 +134,6 @@ mod tests {
     }
 
     #[test]
-    fn an_episode_is_truncated_at_the_end() {
-        let dir = tempfile::tempdir().unwrap();
-        let mut env = env(vec![], dir.path());
-        env.reset(1).unwrap();
-        env.drive(&[Drive::Decisions]).unwrap();
-        let steps: Vec<_> = (0..6).map(|_| env.step(&[GreenPhase(0)]).unwrap()).collect();
-        assert_eq!(steps, [false, false, false, false, false, true]);
-    }
-
-    #[test]
     fn a_failing_simulation_is_an_error_and_the_next_episode_runs() {
         let dir = tempfile::tempdir().unwrap();
         let mut env = env(vec![], dir.path());

@@ -142,10 +142,9 @@ mod tests {
     use std::fs;
     use std::path::Path;
 
-    use serde_json::{Value, json};
+    use serde_json::json;
 
     use super::*;
-    use crate::control::testing::{observation, two_phase_signal};
 
     #[test]
     fn the_schema_is_of_what_is_said() {
@@ -169,23 +168,5 @@ mod tests {
         }
         let there = fs::read_to_string(&path).unwrap_or_default();
         assert_eq!(there, text, "INSTA_UPDATE=always writes it anew");
-    }
-
-    #[test]
-    fn a_question_is_a_line_of_json() {
-        let signal = two_phase_signal();
-        let begin = Question::Begin {
-            version: VERSION,
-            method: "mine".into(),
-            seed: 7,
-            signals: vec![Signal::from(&signal)],
-        };
-        let value: Value = serde_json::to_value(&begin).unwrap();
-        assert_eq!(value["event"], "begin");
-        assert_eq!(value["signals"][0]["phases"][1]["lanes"], json!([1]));
-        let seen = observation([2.0, 3.0], [0.0, 0.0]);
-        let act = serde_json::to_value(Question::Act { signals: vec![Seen::from(&seen)] }).unwrap();
-        assert_eq!(act["signals"][0]["queue"][1], 3.0);
-        assert_eq!(serde_json::to_string(&Question::End {}).unwrap(), r#"{"event":"end"}"#);
     }
 }

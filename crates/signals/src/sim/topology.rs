@@ -357,15 +357,6 @@ mod tests {
     }
 
     #[test]
-    fn a_lane_beside_a_traced_one_is_a_piece_too() {
-        let lanes = [("a_0", 60.0), ("a_1", 60.0), ("b_0", 50.0), ("x_0", 9.0), ("y_0", 9.0)];
-        let ways =
-            [("a_0", "b_0", 's', false), ("a_1", "y_0", 'l', false), ("b_0", "x_0", 's', true)];
-        let found = upstream(&topology(&lanes, &ways), "b_0", 200.0);
-        assert_eq!(found.iter().map(|(id, _)| id.as_str()).collect::<Vec<_>>(), ["a_0", "a_1"]);
-    }
-
-    #[test]
     fn downstream_ends_at_the_next_signal_or_beyond_the_reach() {
         let street = street();
         let next = |lane: &str, reach_m| {

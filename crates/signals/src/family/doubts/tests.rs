@@ -67,13 +67,6 @@ fn six_features_name_the_intersections_that_a_minimum_holds_for() {
 }
 
 #[test]
-fn a_short_message_names_five_rows_and_counts_the_others() {
-    let doubt = Doubt::of("x", (0..7).map(|i| i.to_string()).collect()).unwrap();
-    assert_eq!(doubt.brief(), "x (0; 1; 2; 3; 4; and 2 more)");
-    assert_eq!(doubt.full().lines().count(), 8);
-}
-
-#[test]
 fn values_that_look_like_another_unit_or_a_place_that_is_none_are_told() {
     assert_eq!(said(|_, _| {}), Vec::<String>::new(), "a plain table has no doubt");
     type Change = fn(usize, &mut Approach);

@@ -7,12 +7,12 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::model::SignalModel;
-use super::own::exec::Exec;
-use super::own::{Host, Own, Play};
-use crate::control::Controller;
-use crate::control::registry::METHODS;
-use crate::domain::Traffic;
+use crate::traffic::control::Controller;
+use crate::traffic::control::registry::METHODS;
+use crate::traffic::domain::Traffic;
+use crate::traffic::model::SignalModel;
+use crate::traffic::own::exec::Exec;
+use crate::traffic::own::{Host, Own, Play};
 use basics::files::FileError;
 use evaluation::run::RunError;
 use evaluation::run::domain::Domain;
@@ -37,8 +37,7 @@ const MOST_NAME: usize = 40;
 
 /// Why a controller that was given cannot be used.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum OwnError {
+pub(crate) enum OwnError {
     /// It is not written as it has to be.
     #[error("{given:?}: {reason}")]
     Source {
@@ -70,7 +69,7 @@ pub enum OwnError {
 /// * `given` — `NAME=exec:COMMAND` or `NAME=FILE.py:CLASS`.
 /// * `host` — opens classes, where there is one.
 /// * `answer` — time that a command has for an answer.
-pub fn add(
+pub(crate) fn add(
     traffic: Traffic,
     given: &str,
     host: Option<&dyn Host>,
@@ -146,7 +145,7 @@ fn built_in_learner(name: &str) -> Result<&'static Method, String> {
 /// # Arguments
 ///
 /// * `given` — `NAME=FILE`.
-pub fn add_plan(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
+pub(crate) fn add_plan(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
     let (name, source) = named(given, PLAN_FORM)?;
     let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
     check_name(&traffic, &name).map_err(wrong)?;
@@ -163,7 +162,7 @@ pub fn add_plan(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
 /// # Arguments
 ///
 /// * `given` — `NAME=FILE`.
-pub fn add_model(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
+pub(crate) fn add_model(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
     let (name, source) = named(given, MODEL_FORM)?;
     let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
     check_name(&traffic, &name).map_err(wrong)?;
@@ -184,7 +183,7 @@ pub fn add_model(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
 }
 
 /// Returns the learner of a model as the command line gives it.
-pub fn learner_of(given: &str) -> Result<String, OwnError> {
+pub(crate) fn learner_of(given: &str) -> Result<String, OwnError> {
     let (_, source) = named(given, MODEL_FORM)?;
     Ok(SavedModel::read(Path::new(source))?.card.method)
 }
@@ -195,7 +194,7 @@ pub fn learner_of(given: &str) -> Result<String, OwnError> {
 /// # Arguments
 ///
 /// * `taken` — names that others have.
-pub fn named_model(given: &str, taken: &[String]) -> Result<String, OwnError> {
+pub(crate) fn named_model(given: &str, taken: &[String]) -> Result<String, OwnError> {
     if given.split_once('=').is_some_and(|(name, _)| is_plain(name)) {
         return Ok(given.to_owned());
     }
@@ -209,7 +208,7 @@ pub fn named_model(given: &str, taken: &[String]) -> Result<String, OwnError> {
 /// # Arguments
 ///
 /// * `taken` — names that others have.
-pub fn model_name(method: &str, point: &str, replicate: u32, taken: &[String]) -> String {
+pub(crate) fn model_name(method: &str, point: &str, replicate: u32, taken: &[String]) -> String {
     let allowed = |c: char| if is_plain_character(c) { c } else { '-' };
     let point: String = point.to_ascii_lowercase().chars().map(allowed).collect();
     let training = if replicate == 0 { String::new() } else { format!("-{}", replicate + 1) };
@@ -223,13 +222,13 @@ pub fn model_name(method: &str, point: &str, replicate: u32, taken: &[String]) -
 }
 
 /// Returns name and file of plans as the command line gives them.
-pub fn plan_file(given: &str) -> Result<(String, &Path), OwnError> {
+pub(crate) fn plan_file(given: &str) -> Result<(String, &Path), OwnError> {
     named(given, PLAN_FORM).map(|(name, file)| (name, Path::new(file)))
 }
 
 /// Adds a method that records have and that nobody gave, so that they can be read; of these only plans can be played,
 /// which the manifest keeps.
-pub fn add_named(traffic: Traffic, about: &OwnMethod) -> Traffic {
+pub(crate) fn add_named(traffic: Traffic, about: &OwnMethod) -> Traffic {
     if check_name(&traffic, &about.name).is_err() {
         return traffic;
     }
