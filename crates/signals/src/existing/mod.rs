@@ -353,7 +353,7 @@ impl ExistingPlan {
             if let Some(min_s) = phase.min_split_s.filter(|s| *s > phase.split_s() + STEP_S / 2.0) {
                 let (number, split_s) = (phase.number, phase.split_s());
                 notes.push(format!(
-                    "phase {number} has a split of {split_s} s, below its min_split_s of {min_s} s"
+                    "phase {number} has a split of {split_s:.1} s, below its min_split_s of {min_s} s"
                 ));
             }
             let is_empty = phase.all_movements().next().is_none();

@@ -3,7 +3,7 @@
 //! - **A movement** is the turn that leads to its destination, whatever its lane group is called; without a destination that
 //!   of its name. Lanes of a left or right group are turn lanes where a through group exists.
 //! - **Lanes that lead away** are those of the link. Where it counts the bays at its far stop line (`Storage`), these are none
-//!   of them. They are at least as many as the widest movement into them has, and as those that have one phase together. Without a link that comes back they are the exit lanes of these movements.
+//!   of them. They are at least as many as the widest movement into them has, and as those that have one phase together.
 
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
@@ -62,16 +62,15 @@ impl Utdf {
         let into = || movements.iter().filter(|m| m.to == Some(other));
         let phases = |m: &Movement<'_>| -> BTreeSet<&str> {
             let of = |n| Some(self.lanes.cell(&format!("phase{n}"), id, m.column)?.text.as_str());
-            (1..=MOST_OF_MOVEMENT).filter_map(of).collect()
+            (1..=MOST_OF_MOVEMENT).filter_map(of).filter(|number| *number != "0").collect()
         };
         let near = Turn::across(self.side).mirrored();
-        let together = |m: &Movement<'_>| -> u32 {
-            let beside =
-                into().filter(|o| o.column == m.column || o.turn != near && m.turn != near);
-            let shares =
-                |o: &&Movement<'_>| o.column == m.column || !phases(o).is_disjoint(&phases(m));
-            beside.filter(shares).map(|o| o.lanes.max(1)).sum()
+        let go = |m: &Movement<'_>, o: &Movement<'_>| {
+            let ahead = m.turn != near && o.turn != near;
+            m.column == o.column || ahead && !phases(m).is_disjoint(&phases(o))
         };
+        let together =
+            |m: &Movement<'_>| into().filter(|o| go(m, o)).map(|o| o.lanes.max(1)).sum::<u32>();
         let widest = into().map(together).max().unwrap_or_default();
         let lanes = self.links.row("lanes", other);
         let back = Heading::ALL.into_iter().find(|h| self.up(other, *h) == Some(id));
@@ -93,11 +92,7 @@ impl Utdf {
             let through = lanes.saturating_sub(in_bays.saturating_sub(not_of_link));
             return Ok(if lanes == 0 { 0 } else { through.max(widest).max(1) });
         }
-        let mut exits = 0;
-        for m in into() {
-            exits = whole(self.lanes.cell("exit lanes", id, m.column), "exit lanes")?.max(exits);
-        }
-        Ok(if exits > 0 { exits } else { widest })
+        Ok(widest)
     }
 
     /// Returns the movements of an intersection, and says what is doubtful of their volumes.

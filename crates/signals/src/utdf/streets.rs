@@ -125,15 +125,12 @@ impl Utdf {
             let few = std::iter::once(none).chain(why_not.into_iter().take(3));
             return Err(Fault::new(START, few.collect::<Vec<_>>().join("; ")));
         }
-        let of_plans = match plans.all.len() {
-            0 => String::new(),
-            count => format!(", {count} with a plan"),
-        };
         let with_volumes = intersections.iter().filter(|i| volumes(i).any(|vph| vph > 0.0)).count();
         let found = vec![format!(
-            "UTDF: {} of {} signals, {with_volumes} with volumes{of_plans}; {nodes} nodes",
+            "UTDF: {} of {} signals, {with_volumes} with volumes, {} with a plan; {nodes} nodes",
             intersections.len(),
             signals.len(),
+            plans.all.len(),
         )];
         let left_out = Doubt::of("signals that cannot be simulated are left out", why_not);
         let no_units = (!self.network.contains_key("metric")).then(|| {
