@@ -248,6 +248,7 @@ fn a_coordinated_plan_of_today_that_was_simulated_alone_is_named_beside_the_gain
     let said = |control: Control| {
         let phase = PlanPhase {
             number: 2,
+            also: None,
             ring: 1,
             barrier: 1,
             position: 1,

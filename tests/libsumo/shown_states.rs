@@ -89,7 +89,7 @@ impl Watch {
         fs::write(folder.join("p.add.xml"), event).unwrap();
         let config = fs::read_to_string(&world.config).unwrap();
         let config = config
-            .replace("\"p.", &format!("\"{}/p/p.", networks.display()))
+            .replace("\"p.", &format!("\"{}/p.", built.files["p"].folder.display()))
             .replace("</input>", "<additional-files value=\"p.add.xml\"/></input>");
         world.config = folder.join("watched.sumocfg");
         fs::write(&world.config, config).unwrap();

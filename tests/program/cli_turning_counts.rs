@@ -179,7 +179,8 @@ fn a_network_in_utdf_is_simulated_and_its_plans_go_out_and_come_back() {
     folder.shows(
         "r/report/cabinet.csv",
         &[
-            "i0001,nema,0,c,phase,actuated,,0,,0,1,1,1,1,EBL,,",
+            "i0001,nema,0,c,phase,actuated,,0,,0,5,2,1,1,EBL,,",
+            "i0001,baseline,0,c,stage,pretimed,90,0,2,0,2+6,1,1,1,EBT EBR WBT WBR,EBL WBL,",
             "i0001,existing,0,c,phase,coordinated,100,0,2 6,0,2,1,1,2,EBT,EBL EBR,15,34,39.5,3,4.3,1.2,7,14,max,",
             "i0002,existing,0,c,phase,coordinated,100,32,2 6,0,8,2,2,2,NBL,NBR,8,27.6,32,3,3.3,1.1,7,18,none,",
         ],

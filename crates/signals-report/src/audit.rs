@@ -23,11 +23,11 @@ use super::shown::Seen;
 use evaluation::report::format;
 use evaluation::report::table::{Cell, Columns, Table};
 use signals::control::existing;
-use signals::existing::{Control, ExistingPlan, PlanPhase, schedule, whole_change};
+use signals::existing::{Control, ExistingPlan, PlanPhase, schedule};
 use signals::movement_results::{MovementResult, Supply};
 use signals::places::{DrawnArm, DrawnIntersection};
 use signals::settings::SignalSettings;
-use signals::timing::{Timing, WALK_S, WALKING_MPS};
+use signals::timing::{Change, Timing, WALK_S, WALKING_MPS};
 use signals::vocabulary::{Heading, Light};
 
 /// Name of the table in the report's folder.
@@ -153,7 +153,7 @@ impl<'a> Placed<'a> {
     /// Whether yellow and all-red, or walk and clearance, of a phase are shorter than those that other methods have to keep.
     fn is_shorter(&self, limits: &SignalSettings) -> bool {
         self.phases().any(|(phase, state, crosswalk)| {
-            let own_s = whole_change(phase.yellow_s, phase.all_red_s).total_s();
+            let own_s = Change::nearest(phase.change_s()).total_s();
             let change = self.timing.change(state, &state.replace('G', "r"));
             let crosswalk = crosswalk.filter(|_| limits.pedestrians);
             let walk_s = crosswalk.map_or(0, |c| self.timing.crossing_s(c));

@@ -14,7 +14,7 @@ use super::answers::{delay_on_foot, is_coordinated, today};
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
 use super::movements;
-use super::plans::cabinet::{hides_walk, of_plan, phases, rings, seconds};
+use super::plans::cabinet::{hides_walk, in_order, of_plan, phases, rings, seconds, simulated};
 use super::plans::remove_earlier;
 use super::plans::told::{Told, best, renamed};
 use super::shown::{OfTask, Seen};
@@ -249,6 +249,7 @@ fn plan(seen: Seen<'_>, told: &Told) -> Value {
         of => of_plan(&told.plan),
         phases => phases(&told.plan),
         rings => rings(&told.plan),
+        simulated => simulated(&told.plan),
         is_stages => told.is_stages,
         hides_walk => hides_walk(&told.plan),
         schedule => schedule(&told.plan),
@@ -257,9 +258,8 @@ fn plan(seen: Seen<'_>, told: &Told) -> Value {
 
 /// Returns the row of a plan in the schedule: cycle, offset, reference, and the split of each phase.
 fn schedule(plan: &ExistingPlan) -> Value {
-    let mut phases: Vec<_> = plan.phases.iter().collect();
-    phases.sort_by_key(|phase| phase.number);
-    let splits = phases.iter().map(|p| format!("{}: {}", p.number, seconds(p.split_s())));
+    let splits =
+        in_order(plan).into_iter().map(|p| format!("{}: {}", p.label(), seconds(p.split_s())));
     let reference: Vec<String> = plan.reference.iter().map(u32::to_string).collect();
     context! {
         control => signals::existing::table::name(&plan.control),
@@ -286,7 +286,7 @@ fn phases_of_arms(
             let name = names.get(&m.movement).unwrap_or(&m.movement);
             let has = |p: &&signals::existing::PlanPhase| p.all_movements().any(|n| n == name);
             let numbers: Vec<String> =
-                told.plan.phases.iter().filter(has).map(|p| p.number.to_string()).collect();
+                told.plan.phases.iter().filter(has).map(|p| p.label()).collect();
             let text = format!("{name} {}", numbers.join("+"));
             if !numbers.is_empty() && !said.contains(&text) {
                 said.push(text);

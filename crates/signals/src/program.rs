@@ -51,6 +51,9 @@ pub struct ProgramPhase {
     /// Pedestrian clearance, seconds; absent where the walk is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clearance_s: Option<u32>,
+    /// Of a green, yellow and all-red after it for the cabinet, tenths of seconds; absent where they are as simulated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exact_s: Option<[f64; 2]>,
 }
 
 impl ProgramPhase {
@@ -87,6 +90,9 @@ pub struct RingPhase {
     pub yellow_s: u32,
     /// Red clearance, seconds.
     pub all_red_s: u32,
+    /// Both for the cabinet, tenths of seconds; absent where they are as simulated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exact_s: Option<[f64; 2]>,
     /// Walk, seconds; absent without a crosswalk.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub walk_s: Option<u32>,

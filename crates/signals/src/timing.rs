@@ -9,8 +9,8 @@
 //!   for a speed limit from a map; it is some 7 mph more.)
 //! - **Width** of a crossing street is that of its lanes in both directions, the widest of all streets
 //!   that cross the approach at 30 to 150 degrees.
-//! - **Whole seconds**, because SUMO's steps are: yellow is rounded up, all-red so that both together
-//!   are rounded up once.
+//! - **Tenths and whole seconds**: yellow and all-red are tenths, rounded up, for the cabinet. SUMO's steps are whole
+//!   seconds, so both together are rounded to the nearest in the simulation, as those of existing plans are.
 //! - **Crosswalks** lie across every approach. A green serves that of an approach if the approach waits (right
 //!   turns do not count), nothing goes straight on into its street, and no left turn with an arrow of its
 //!   own, one that is protected from an opposing approach, goes there. Where pedestrians push buttons at more than three
@@ -53,7 +53,7 @@ const VEHICLE_M: f64 = 6.1;
 const SLOWEST_MPS: f64 = 1.4;
 
 /// Longest yellow, seconds (MUTCD).
-const MAX_YELLOW_S: u32 = 6;
+const MAX_YELLOW_S: f64 = 6.0;
 
 /// Longest time that a state after yellow is taken for all-red although some link stays green in it, seconds; a lagging green
 /// lasts longer.
@@ -98,6 +98,35 @@ impl Change {
     pub fn total_s(self) -> u32 {
         self.yellow_s + self.all_red_s
     }
+
+    /// Returns a change of whole seconds, yellow and all-red each one of the two beside its own; yellow is rounded up first.
+    pub fn of(total_s: u32, [yellow_s, all_red_s]: [f64; 2]) -> Self {
+        let yellow_s = total_s.saturating_sub(beside(all_red_s)[0]).min(beside(yellow_s)[1]);
+        Self { yellow_s, all_red_s: total_s - yellow_s }
+    }
+
+    /// Returns the whole seconds next to yellow and all-red together.
+    pub fn nearest([yellow_s, all_red_s]: [f64; 2]) -> Self {
+        Self::of(nearest_s(yellow_s + all_red_s), [yellow_s, all_red_s])
+    }
+}
+
+/// What makes a time that is a whole number but for rounding stay one, seconds.
+const ROUNDING_S: f64 = 1e-6;
+
+/// Returns the nearest whole second; a half is rounded up.
+pub fn nearest_s(seconds: f64) -> u32 {
+    (seconds + ROUNDING_S).round().max(0.0) as u32
+}
+
+/// Returns the whole seconds below and above a time; the same twice for a whole number.
+pub fn beside(seconds: f64) -> [u32; 2] {
+    [(seconds + ROUNDING_S).floor(), (seconds - ROUNDING_S).ceil()].map(|s| s.max(0.0) as u32)
+}
+
+/// Returns a time without digits beyond the tenth, seconds.
+pub fn tenths(seconds: f64) -> f64 {
+    (seconds * 10.0).round() / 10.0
 }
 
 /// The limits of one signal.
@@ -126,24 +155,33 @@ impl Timing {
         Self { settings, approaches, links, closed, counts_unopposed_arrows }
     }
 
-    /// Returns yellow and all-red between two greens; `None` when no green ends.
+    /// Returns yellow and all-red between two greens, as they are simulated; `None` when no green ends.
     pub fn change(&self, from: &str, to: &str) -> Option<Change> {
+        self.exact_change_s(from, to).map(Change::nearest)
+    }
+
+    /// Returns yellow and all-red between two greens, tenths of seconds; `None` when no green ends.
+    pub fn exact_change_s(&self, from: &str, to: &str) -> Option<[f64; 2]> {
         let letters = || from.chars().zip(to.chars()).enumerate();
         let ending = || letters().filter(|(_, (a, b))| ends(*a, *b)).map(|(index, _)| index);
         ending().next()?;
         let s = &self.settings;
-        let least = Change { yellow_s: s.yellow_time_s, all_red_s: s.all_red_s };
+        let least_s = [s.yellow_time_s, s.all_red_s].map(f64::from);
         if s.change_interval == ChangeInterval::Fixed {
-            return Some(least);
+            return Some(least_s);
         }
         let approaches = ending().flat_map(|index| self.ways(index)).map(|way| way.approach);
-        Some(approaches.fold(least, |worst, approach| {
-            let own = self.kinematic(approach);
-            Change {
-                yellow_s: worst.yellow_s.max(own.yellow_s),
-                all_red_s: worst.all_red_s.max(own.all_red_s),
-            }
+        Some(approaches.fold(least_s, |worst_s, approach| {
+            let own_s = self.kinematic(approach);
+            [0, 1].map(|i: usize| worst_s[i].max(own_s[i]))
         }))
+    }
+
+    /// Returns yellow and all-red between two greens where the simulation rounds them, tenths of seconds.
+    pub fn rounded_change_s(&self, from: &str, to: &str) -> Option<[f64; 2]> {
+        let exact_s = self.exact_change_s(from, to)?;
+        let Change { yellow_s, all_red_s } = Change::nearest(exact_s);
+        Some(exact_s).filter(|exact_s| *exact_s != [yellow_s, all_red_s].map(f64::from))
     }
 
     /// Returns what is shown between two greens, and for how long, seconds: yellow, then all-red; nothing
@@ -166,12 +204,13 @@ impl Timing {
         [kinematic_yellow_s(speed_mps), red_s]
     }
 
-    /// Returns the change interval of an approach by ITE's formula.
-    fn kinematic(&self, approach: usize) -> Change {
+    /// Returns the change interval of an approach by ITE's formula, tenths of seconds.
+    fn kinematic(&self, approach: usize) -> [f64; 2] {
         let [yellow_s, red_s] = self.kinematic_s(approach);
-        let yellow = whole(yellow_s).min(MAX_YELLOW_S).max(self.settings.yellow_time_s);
-        let all_red = whole(yellow_s + red_s).saturating_sub(yellow);
-        Change { yellow_s: yellow, all_red_s: all_red.max(self.settings.all_red_s) }
+        let up = |seconds: f64| (seconds * 10.0 - ROUNDING_S).ceil() / 10.0;
+        let least_s = [self.settings.yellow_time_s, self.settings.all_red_s].map(f64::from);
+        let yellow = up(yellow_s).min(MAX_YELLOW_S).max(least_s[0]);
+        [yellow, tenths(up(yellow_s + red_s) - yellow).max(least_s[1])]
     }
 
     /// Returns the width of the widest street that crosses an approach, metres; 0 where none does.
@@ -375,15 +414,16 @@ mod tests {
     #[test]
     fn yellow_and_all_red_follow_from_speed_and_width() {
         // Yellow 1 + 13.41 / 6.1 = 3.20, all-red (12.8 + 6.1) / 13.41 = 1.41, together 4.61 s.
-        let change = cross(&field()).change(THROUGH, OTHER).unwrap();
-        assert_eq!((change.yellow_s, change.all_red_s), (4, 1));
-        assert!((kinematic_yellow_s(13.41) - 3.198).abs() < 0.001);
+        let of = |timing: &Timing| {
+            let change = timing.change(THROUGH, OTHER).unwrap();
+            (timing.exact_change_s(THROUGH, OTHER).unwrap(), change.yellow_s, change.all_red_s)
+        };
+        assert_eq!(of(&cross(&field())), ([3.2, 1.5], 4, 1));
         let mut fast = cross(&field());
         fast.approaches[2].speed_mps = 22.35;
         fast.approaches[1].width_m = 30.0;
         // The slow approach: 3.20 + 2.69 s; the fast one: 4.66 + 1.62 s.
-        let change = fast.change(THROUGH, OTHER).unwrap();
-        assert_eq!((change.yellow_s, change.all_red_s), (5, 2));
+        assert_eq!(of(&fast), ([4.7, 2.7], 5, 2));
     }
 
     #[test]

@@ -26,8 +26,9 @@ use evaluation::report::page::render;
 use evaluation::report::{ReportError, csv};
 use signals::control::existing;
 use signals::existing::table::{WRITTEN, cells, name, to_csv};
-use signals::existing::{Control, ExistingPlan, NamedPlan, PlanPhase, Recall};
+use signals::existing::{Control, ExistingPlan, NamedPlan, PlanPhase, Recall, Timed, schedule};
 use signals::family::load::number_of_intersection;
+use signals::timing::Change;
 use signals::utdf::to_utdf;
 
 /// Name of the table in the report's folder.
@@ -135,15 +136,22 @@ pub(crate) fn unserved_people(plan: &ExistingPlan) -> Vec<String> {
     phases.filter(|p| p.is_for_people()).map(|p| p.number.to_string()).collect()
 }
 
-/// Returns the phases of a plan for pages, by number.
-pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
+/// Returns the phases of a plan by number, stages in their order.
+pub(crate) fn in_order(plan: &ExistingPlan) -> Vec<&PlanPhase> {
     let mut phases: Vec<&PlanPhase> = plan.phases.iter().collect();
-    phases.sort_by_key(|phase| phase.number);
+    let are_stages = phases.iter().any(|phase| phase.also.is_some());
+    phases.sort_by_key(|phase| if are_stages { phase.position } else { phase.number });
+    phases
+}
+
+/// Returns the phases of a plan for pages.
+pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
+    let phases = in_order(plan);
     let value = |phase: &PlanPhase| {
         let people =
             |i: usize| phase.walk_s.map_or_else(|| "-".to_owned(), |both| seconds(both[i]));
         context! {
-            number => phase.number,
+            number => phase.label(),
             ring => phase.ring,
             barrier => phase.barrier,
             position => phase.position,
@@ -169,6 +177,20 @@ pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
         }
     };
     phases.into_iter().map(value).collect()
+}
+
+/// Returns the phases of a plan whose yellow and all-red are rounded in the simulation, with what ran.
+pub(crate) fn simulated(plan: &ExistingPlan) -> String {
+    let (timed, _) = schedule(plan);
+    let of = |(phase, timed): (&PlanPhase, &Timed)| {
+        let Change { yellow_s, all_red_s } = match plan.control {
+            Control::Actuated => Change::nearest(phase.change_s()),
+            Control::Pretimed | Control::Coordinated => timed.change,
+        };
+        let is_rounded = phase.change_s() != [yellow_s, all_red_s].map(f64::from);
+        is_rounded.then(|| format!("{}: {yellow_s} + {all_red_s} s", phase.label()))
+    };
+    plan.phases.iter().zip(&timed).filter_map(of).collect::<Vec<_>>().join(", ")
 }
 
 /// Writes tables, UTDF and pages into the folder of plans, and returns notes for people.
@@ -309,6 +331,7 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             is_today => identity.methods[told.method] == existing::METHOD.name,
             is_given => !told.plan.ways.is_empty(),
             rings => rings(&told.plan),
+            simulated => simulated(&told.plan),
         }
     });
     context! {
@@ -341,7 +364,7 @@ pub(crate) fn rings(plan: &ExistingPlan) -> Vec<Vec<Value>> {
                     let split_s = if is_last { left_s } else { phase.split_s() };
                     left_s -= split_s;
                     boxes.push(context! {
-                        number => phase.number,
+                        number => phase.label(),
                         names => phase.all_movements().cloned().collect::<Vec<_>>().join(" "),
                         split => seconds(phase.split_s()),
                         percent => format!("{:.2}", 100.0 * split_s / total_s),

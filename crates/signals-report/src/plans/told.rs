@@ -1,19 +1,20 @@
 //! Plans as they are told to people: all of them as phases, existing ones as they were given.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::TaskPlan;
 use crate::shown::Seen;
 use evaluation::store::manifest::PointRow;
+use osm_signals::{DrivingSide, Turn};
 use signals::environment::existing_plan;
-use signals::existing::ExistingPlan;
 use signals::existing::ran::{of_program, of_rings};
+use signals::existing::{ExistingPlan, PlanPhase};
 use signals::movement_results::MovementResult;
 use signals::network::plain::SIGNAL;
 use signals::network_files::GENERATED;
 use signals::places::DrawnIntersection;
 use signals::program::{ProgramKind, SignalProgram};
-use signals::vocabulary::Heading;
+use signals::vocabulary::{Heading, on_side};
 
 /// The plan of a signal as phases.
 pub(crate) struct Told {
@@ -41,7 +42,7 @@ impl Told {
     pub(super) fn given_back(&self) -> ExistingPlan {
         let mut plan = self.plan.clone();
         for phase in plan.phases.iter_mut().filter(|_| self.is_stages) {
-            let least_s = phase.min_green_s;
+            let least_s = phase.min_green_s.ceil();
             phase.walk_s = phase.walk_s.filter(|[walk_s, clear_s]| walk_s + clear_s <= least_s);
         }
         plan
@@ -54,6 +55,7 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
     let told = |signal: &str, mut plan: ExistingPlan, is_stages: bool| {
         if plan.ways.is_empty() {
             rename(&mut plan, &renamed(seen, task.point));
+            number(&mut plan, &approaches(seen, task.point, signal), side(seen));
         }
         let TaskPlan { method, point, replicate, objective, .. } = *task;
         let signal = signal.to_owned();
@@ -146,6 +148,109 @@ pub(crate) fn renamed(seen: Seen<'_>, point: usize) -> BTreeMap<String, String> 
     results.results.iter().filter_map(name).collect()
 }
 
+/// Returns the number of the through phase of each approach of a signal: as in its existing plan, else 2 and 6 for the street
+/// with most lanes and 4 and 8 for the other one, as [`nema`](signals::control::nema) numbers them.
+fn approaches(seen: Seen<'_>, point: usize, signal: &str) -> BTreeMap<Heading, u32> {
+    let Seen { data, shown } = seen;
+    let identity = &data.manifest.identity;
+    let given = |method: &String| given_plan(&identity.points[point], method);
+    if let Some(plan) = identity.methods.iter().find_map(given) {
+        let through = plan.phases.iter().filter(|p| p.number <= 8 && p.number.is_multiple_of(2));
+        let of = |phase: &PlanPhase| {
+            let ahead =
+                phase.all_movements().filter_map(|name| Heading::of_movement(name, side(seen)));
+            let ahead = ahead.filter(|(_, turn)| *turn != on_side(Turn::Right, side(seen)));
+            ahead.map(|(heading, _)| (heading, phase.number)).collect::<Vec<_>>()
+        };
+        return through.flat_map(of).collect();
+    }
+    let renamed = renamed(seen, point);
+    let results = shown.movements.iter().find(|task| task.point == point);
+    // Approaches in the order of the network, each with its lane groups.
+    let mut groups: Vec<(Heading, BTreeMap<&str, u32>)> = Vec::new();
+    for result in results.iter().flat_map(|task| &task.results).filter(|r| r.signal == signal) {
+        let name = renamed.get(&result.movement).unwrap_or(&result.movement);
+        let Some(heading) = Heading::begins(name) else { continue };
+        let known = groups.iter().position(|(of, _)| *of == heading).unwrap_or(groups.len());
+        if known == groups.len() {
+            groups.push((heading, BTreeMap::new()));
+        }
+        groups[known].1.extend(result.supply.iter().map(|s| (s.group.as_str(), s.group_lanes)));
+    }
+    let mut streets: Vec<(u32, Vec<Heading>)> = Vec::new();
+    for (heading, groups) in &groups {
+        let lanes: u32 = groups.values().sum();
+        match streets.iter_mut().find(|street| street.1[0] == heading.clockwise(4)) {
+            Some(street) => (street.0, street.1) = (street.0 + lanes, vec![street.1[0], *heading]),
+            None => streets.push((lanes, vec![*heading])),
+        }
+    }
+    streets.sort_by_key(|street| std::cmp::Reverse(street.0));
+    let numbers = [[2, 6], [4, 8]];
+    let of = |(street, numbers): (&(u32, Vec<Heading>), [u32; 2])| {
+        street.1.iter().copied().zip(numbers).collect::<Vec<_>>()
+    };
+    streets.iter().zip(numbers).flat_map(of).collect()
+}
+
+/// Returns the side of the street that traffic keeps to.
+fn side(seen: Seen<'_>) -> DrivingSide {
+    let side = seen.data.manifest.identity.settings.pointer("/network/driving_side");
+    let is_left = side.and_then(serde_json::Value::as_str) == Some("left");
+    if is_left { DrivingSide::Left } else { DrivingSide::Right }
+}
+
+/// Returns the numbers of the phases that a phase is at once by its movements with the right of way; `None` where one has none.
+fn numbers_of(
+    phase: &PlanPhase,
+    approaches: &BTreeMap<Heading, u32>,
+    side: DrivingSide,
+) -> Option<BTreeSet<u32>> {
+    let mut numbers = BTreeSet::new();
+    for name in &phase.movements {
+        let (heading, turn) = Heading::of_movement(name, side)?;
+        let through = *approaches.get(&heading)?;
+        // The left turn that opposes phase 2 is 1, that of phase 2 is 5.
+        let opposite = (through + 3) % 8 + 1;
+        let is_opposed = approaches.values().any(|number| *number == opposite);
+        match on_side(turn, side) {
+            Turn::Right => {}
+            Turn::Left if is_opposed => drop(numbers.insert(opposite - 1)),
+            Turn::Left | Turn::Through => drop(numbers.insert(through)),
+        }
+    }
+    Some(numbers)
+}
+
+/// Numbers the phases of a plan as usual, where all of them are phases, or two at once of different rings.
+fn number(plan: &mut ExistingPlan, approaches: &BTreeMap<Heading, u32>, side: DrivingSide) {
+    let has_rings = plan.phases.iter().any(|phase| phase.ring > 1);
+    let mut numbered = ExistingPlan { phases: Vec::new(), ..plan.clone() };
+    for phase in &plan.phases {
+        let Some(numbers) = numbers_of(phase, approaches, side) else { return };
+        let ring_of = |number: u32| if number > 4 { 2 } else { 1 };
+        let side_of = |number: u32| (number - 1) / 2 % 2;
+        let (number, also) = match numbers.into_iter().collect::<Vec<_>>()[..] {
+            [one] => (one, None),
+            [one, two]
+                if !has_rings && ring_of(one) != ring_of(two) && side_of(one) == side_of(two) =>
+            {
+                (one, Some(two))
+            }
+            _ => return,
+        };
+        let ring = if has_rings { ring_of(number) } else { phase.ring };
+        numbered.push(PlanPhase { number, also, ring, ..phase.clone() });
+    }
+    let of = |old: &u32| plan.phases.iter().position(|phase| phase.number == *old);
+    let references = plan.reference.iter().filter_map(of);
+    numbered.reference = references.map(|at| numbered.phases[at].number).collect();
+    // Two stages of one number stay as they are.
+    if numbered.check().is_ok() {
+        *plan = numbered;
+    }
+}
+
 /// Returns the name of a movement with the direction with which that of its arm begins; `None` where names of arms say none.
 fn on_arm(movement: &str, from_edge: &str, drawn: &DrawnIntersection) -> Option<String> {
     let incoming = || drawn.arms.iter().filter(|arm| !arm.lanes.is_empty());
@@ -174,7 +279,7 @@ fn rename(plan: &mut ExistingPlan, renamed: &BTreeMap<String, String>) {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use signals::existing::{Control, PlanPhase};
+    use signals::existing::Control;
     use signals::places::DrawnArm;
 
     use super::*;
@@ -219,6 +324,36 @@ pub(super) mod tests {
         assert_eq!(plan.phases[0].movements, ["NBL", "NBT"]);
         assert_eq!(plan.phases[0].yielding, ["NBR"]);
         assert_eq!(plan.phases[1].movements, ["NBL"]);
+    }
+
+    #[test]
+    fn stages_have_the_numbers_of_the_phases_that_they_are() {
+        let numbered = |stages: &[&str], approaches: &[(Heading, u32)], side| {
+            let phases = (1u32..).zip(stages).map(|(number, names)| PlanPhase {
+                movements: names.split(' ').map(str::to_owned).collect(),
+                yielding: Vec::new(),
+                position: number,
+                number,
+                ..phase()
+            });
+            let mut plan = ExistingPlan::new(Control::Pretimed, phases.collect());
+            plan.reference = vec![1];
+            number(&mut plan, &approaches.iter().copied().collect(), side);
+            let labels: Vec<String> = plan.phases.iter().map(PlanPhase::label).collect();
+            (labels.join(" "), plan.reference)
+        };
+        use Heading::{East, North, West};
+        let streets = [(East, 2), (West, 6), (North, 8)];
+        let stages = ["WBT WBL NBR", "EBT EBR WBT", "NBL NBR EBR"];
+        let expected = ("1+6 2+6 8".to_owned(), vec![1]);
+        assert_eq!(numbered(&stages, &streets, DrivingSide::Right), expected);
+        let mirrored = ["WBT WBR NBL", "EBT EBL WBT", "NBR NBL EBL"];
+        assert_eq!(numbered(&mirrored, &streets, DrivingSide::Left), expected);
+        // No phase is both, two stages are one phase, and an approach has no number.
+        for stages in [["EBT NBL", "WBT", "EBL"], ["EBT", "EBT", "WBT"], ["EBT", "SBT", "WBT"]] {
+            let unchanged = ("1 2 3".to_owned(), vec![1]);
+            assert_eq!(numbered(&stages, &streets, DrivingSide::Right), unchanged);
+        }
     }
 
     pub(in crate::plans) fn phase() -> PlanPhase {

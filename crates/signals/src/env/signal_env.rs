@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use crate::control::{Drive, GreenPhase, Observation, Onward, SignalSpec};
+use crate::existing::ran::{greens, starts};
 use crate::existing::{Control, ExistingPlan};
 use crate::program::{self, SignalProgram};
 use crate::settings::{SignalSettings, SimulationSettings};
@@ -690,11 +691,28 @@ fn kept(timing: &Timing, links: Vec<String>, running: Running) -> SignalProgram 
             max_s,
             walk_s: people.map(|[walk_s, _]| walk_s),
             clearance_s: people.map(|[_, clearance_s]| clearance_s),
+            exact_s: None,
         }
     };
     let phases = running.program.phases.into_iter().zip(walks).map(phase).collect();
     let Running { signal, own, offset_s, .. } = running;
-    SignalProgram { own, offset_s, max_gap_s, links, ..SignalProgram::new(signal, kind, phases) }
+    let mut kept = SignalProgram {
+        own,
+        offset_s,
+        max_gap_s,
+        links,
+        ..SignalProgram::new(signal, kind, phases)
+    };
+    let (starts, greens) = (starts(&kept), greens(&kept));
+    for (k, green) in greens.iter().enumerate() {
+        let next = &greens[(k + 1) % greens.len()].state;
+        let ours_s = timing.change(&green.state, next).map(|change| f64::from(change.total_s()));
+        // A program of the network may have other changes.
+        if ours_s == Some(green.yellow_s + green.all_red_s) {
+            kept.phases[starts[k]].exact_s = timing.rounded_change_s(&green.state, next);
+        }
+    }
+    kept
 }
 
 /// Returns the program of an existing plan; `None` for one that sees vehicles.

@@ -6,8 +6,9 @@
 //! Choices:
 //! - **The plan's own times hold**: greens, yellow, all-red, walk and clearance are those of the cabinet, not the limits of
 //!   `[signal]`, as with a network's own program.
-//! - **Whole seconds**, because the simulation's steps are: yellow is rounded up, all-red so that both together are rounded
-//!   up once, and starts of greens to the nearest second, so that the cycle does not drift.
+//! - **Whole seconds**, because the simulation's steps are: starts and greens lie within a second of the plan's, so that the
+//!   sum of what greens gain or lose is least and the cycle does not drift. Yellow and all-red are the rest, each one of the
+//!   two whole seconds beside its own; where no cycle says so, their sum is the nearest.
 //! - **A ring that is done before the other one** keeps its last phase green until the barrier, as Synchro does.
 //! - **Offset and reference** have no effect: intersections are simulated apart. They are kept for whoever takes the plan
 //!   back.
@@ -22,7 +23,7 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use crate::timing::Change;
+use crate::timing::{Change, beside, nearest_s};
 pub use table::read;
 
 /// Most rings.
@@ -78,6 +79,9 @@ impl Recall {
 pub struct PlanPhase {
     /// Its number.
     pub number: u32,
+    /// The other number of a stage that is two phases at once, such as 6 of 2+6.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub also: Option<u32>,
     /// Its ring, from 1.
     pub ring: u32,
     /// The barrier that it comes before, from 1.
@@ -117,6 +121,18 @@ pub struct PlanPhase {
 }
 
 impl PlanPhase {
+    /// Returns its number, of two phases at once both, such as `2+6`.
+    pub fn label(&self) -> String {
+        let mut numbers = [Some(self.number), self.also];
+        numbers.sort_by_key(|number| number.unwrap_or(u32::MAX));
+        numbers.iter().flatten().map(u32::to_string).collect::<Vec<_>>().join("+")
+    }
+
+    /// Returns yellow and all-red, seconds.
+    pub fn change_s(&self) -> [f64; 2] {
+        [self.yellow_s, self.all_red_s]
+    }
+
     /// Returns its split, seconds.
     pub fn split_s(&self) -> f64 {
         self.max_green_s + self.yellow_s + self.all_red_s
@@ -198,6 +214,16 @@ impl ExistingPlan {
         }
     }
 
+    /// Adds a phase; of two numbers it goes by the one that no phase before it has.
+    pub fn push(&mut self, mut phase: PlanPhase) {
+        if let Some(also) = phase.also
+            && self.phases.iter().any(|other| other.number == phase.number)
+        {
+            phase.also = Some(std::mem::replace(&mut phase.number, also));
+        }
+        self.phases.push(phase);
+    }
+
     /// Returns the sides in order, each with the indices of its phases per ring in their order.
     pub fn sides(&self) -> Vec<[Vec<usize>; 2]> {
         let barriers: BTreeSet<u32> = self.phases.iter().map(|p| p.barrier).collect();
@@ -242,6 +268,7 @@ impl ExistingPlan {
             let [walk_s, clearance_s] = phase.walk_s.unwrap_or_default();
             for (what, value, range) in [
                 ("phase", number.into(), 1.0..=MOST_NUMBER),
+                ("phase", phase.also.unwrap_or(number).into(), 1.0..=MOST_NUMBER),
                 ("ring", ring.into(), 1.0..=RINGS.into()),
                 ("barrier", barrier.into(), 1.0..=MOST_NUMBER),
                 ("position", position.into(), 1.0..=MOST_NUMBER),
@@ -397,9 +424,6 @@ fn within(what: &str, value: f64, range: RangeInclusive<f64>) -> Result<(), Stri
     if range.contains(&value) { Ok(()) } else { Err(wrong()) }
 }
 
-/// What makes a time that is a whole number but for rounding stay one, seconds.
-const ROUNDING_S: f64 = 1e-6;
-
 /// When a phase is green in a cycle of splits, seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Timed {
@@ -416,18 +440,14 @@ impl Timed {
     pub fn split_s(self) -> u32 {
         self.green_s + self.change.total_s()
     }
-}
 
-/// Returns yellow and all-red in whole seconds: yellow is rounded up, and both together once.
-pub fn whole_change(yellow_s: f64, all_red_s: f64) -> Change {
-    let up = |seconds: f64| (seconds - ROUNDING_S).ceil().max(0.0) as u32;
-    let whole_s = up(yellow_s);
-    Change { yellow_s: whole_s, all_red_s: up(yellow_s + all_red_s).saturating_sub(whole_s) }
-}
-
-/// Returns the nearest whole second; a half is rounded up.
-pub fn nearest_s(seconds: f64) -> u32 {
-    (seconds + ROUNDING_S).round().max(0.0) as u32
+    /// Returns a green as near to its own as the change allows, each part of which is one of the whole seconds beside it.
+    fn within([begin_s, end_s]: [u32; 2], green_s: f64, change_s: [f64; 2]) -> Self {
+        let split_s = end_s.saturating_sub(begin_s);
+        let [low_s, high_s] = beside(change_s.iter().sum());
+        let total_s = nearest_s(f64::from(split_s) - green_s).clamp(low_s, high_s).min(split_s);
+        Self { begin_s, green_s: split_s - total_s, change: Change::of(total_s, change_s) }
+    }
 }
 
 /// Returns when every phase is green if each lasts its split, and the cycle, seconds. The last phase of a ring lasts until
@@ -440,16 +460,30 @@ pub fn schedule(plan: &ExistingPlan) -> (Vec<Timed>, u32) {
         let side_ends_s = side_begins_s + sum(&side[0]).max(sum(&side[1]));
         for ring in &side {
             let mut begins_s = side_begins_s;
+            // Of all ways to the end of a phase the one whose greens miss least, milliseconds, and where it ends.
+            let mut ways: Vec<(u64, Vec<Timed>)> = vec![(0, Vec::new())];
             for (place, index) in ring.iter().enumerate() {
                 let phase = &plan.phases[*index];
                 let is_last = place + 1 == ring.len();
                 let ends_s = if is_last { side_ends_s } else { begins_s + phase.split_s() };
-                let change = whole_change(phase.yellow_s, phase.all_red_s);
-                let (begin_s, end_s) = (nearest_s(begins_s), nearest_s(ends_s));
-                let green_s = (end_s - begin_s).saturating_sub(change.total_s());
-                timed[*index] = Timed { begin_s, green_s, change };
+                let lasts_s = ends_s - begins_s - phase.change_s().iter().sum::<f64>();
+                let begin_s = nearest_s(side_begins_s);
+                let to = |end_s: u32| {
+                    let way = |(missed_ms, before): &(u64, Vec<Timed>)| {
+                        let begin_s = before.last().map_or(begin_s, |b| b.begin_s + b.split_s());
+                        let timed = Timed::within([begin_s, end_s], lasts_s, phase.change_s());
+                        let own_ms = 1000.0 * (f64::from(timed.green_s) - lasts_s).abs();
+                        (missed_ms + own_ms.round() as u64, [&before[..], &[timed]].concat())
+                    };
+                    ways.iter().map(way).min_by_key(|way| way.0).expect("there is one")
+                };
+                let nearest = nearest_s(ends_s);
+                let others = beside(ends_s).into_iter().filter(|s| *s != nearest && !is_last);
+                ways = std::iter::once(nearest).chain(others).map(to).collect();
                 begins_s = ends_s;
             }
+            let best = ways.into_iter().min_by_key(|way| way.0).expect("there is one");
+            ring.iter().zip(best.1).for_each(|(index, way)| timed[*index] = way);
         }
         side_begins_s = side_ends_s;
     }
@@ -473,6 +507,7 @@ pub(crate) mod testing {
         };
         PlanPhase {
             number,
+            also: None,
             ring,
             barrier,
             position,
@@ -599,30 +634,49 @@ mod tests {
         (people.walk_s, plan.cycle_s) = (Some([7.0, 6.0]), None);
         plan.phases.push(people);
         let notes = plan.check().unwrap();
-        assert!(notes[0].contains("phase 6 lasts 19 s instead of 15 s"), "{notes:?}");
+        assert!(notes[0].contains("phase 6 lasts 20 s instead of 15 s"), "{notes:?}");
         assert!(notes[1].contains("phase 9 is for pedestrians alone: a fixed"), "{notes:?}");
     }
 
     #[test]
-    fn yellow_is_rounded_up_and_both_together_once() {
-        let of = |yellow_s, all_red_s| {
-            let Change { yellow_s, all_red_s } = whole_change(yellow_s, all_red_s);
-            (yellow_s, all_red_s)
-        };
-        assert_eq!([of(3.5, 1.0), of(3.6, 1.4), of(4.3, 1.2)], [(4, 1), (4, 1), (5, 1)]);
-        assert_eq!([of(3.0, 0.0), of(4.1, 1.1)], [(3, 0), (5, 1)]);
-    }
-
-    #[test]
-    fn starts_are_rounded_and_the_cycle_does_not_drift() {
-        // Splits of 12.5, 24.5 and 24.5 s: starts at 0, 12.5 and 37 s, cycle 61.5 s.
-        let (timed, cycle_s) = schedule(&plan(Control::Pretimed));
-        let of = |i: usize| (timed[i].begin_s, timed[i].green_s);
-        assert_eq!([of(0), of(1), of(2)], [(0, 8), (13, 19), (37, 20)]);
-        assert_eq!((of(3), of(4), of(5), cycle_s), (of(0), of(1), of(2), 62));
-        let mut alone = plan(Control::Pretimed);
-        alone.phases.remove(3);
-        // Phase 6 alone in ring 2, until the barrier: 37 s without its change of 5 s.
-        assert_eq!((schedule(&alone).0[3].begin_s, schedule(&alone).0[3].green_s), (0, 32));
+    fn greens_miss_the_plan_s_by_the_least_sum_and_the_cycle_stays() {
+        // Splits of one ring: green, yellow and all-red.
+        let rings = [
+            vec![[20.0, 4.3, 1.0]; 4],
+            vec![[20.4, 4.0, 1.0], [20.2, 4.5, 1.4]],
+            vec![[10.0, 3.5, 1.0], [34.7, 4.3, 1.2], [8.3, 3.0, 0.5], [24.5, 3.6, 1.4]],
+            vec![[12.5, 3.3, 1.1], [30.8, 4.7, 1.6], [17.1, 4.3, 1.0], [9.9, 3.0, 1.0]],
+        ];
+        for ring in rings {
+            let phases =
+                (1..).zip(&ring).map(|(n, [max_green_s, yellow_s, all_red_s])| PlanPhase {
+                    max_green_s: *max_green_s,
+                    yellow_s: *yellow_s,
+                    all_red_s: *all_red_s,
+                    ..phase(n, [1, 1, n], "NBT")
+                });
+            let plan = ExistingPlan::new(Control::Pretimed, phases.collect());
+            let (timed, cycle_s) = schedule(&plan);
+            assert_eq!(cycle_s, nearest_s(plan.sum_s()));
+            assert_eq!(timed.iter().map(|t| t.split_s()).sum::<u32>(), cycle_s);
+            let missed = |greens: &[u32]| -> f64 {
+                ring.iter().zip(greens).map(|(of, green)| (of[0] - f64::from(*green)).abs()).sum()
+            };
+            let ours = missed(&timed.iter().map(|t| t.green_s).collect::<Vec<_>>());
+            // All greens and changes of whole seconds beside their own that make the cycle.
+            let mut all: Vec<(Vec<u32>, u32)> = vec![(Vec::new(), 0)];
+            for [green_s, yellow_s, all_red_s] in &ring {
+                let longer = |(greens, sum): &(Vec<u32>, u32)| {
+                    let changes = beside(yellow_s + all_red_s);
+                    let of = |change: u32| {
+                        beside(*green_s).map(|g| ([&greens[..], &[g]].concat(), sum + g + change))
+                    };
+                    changes.into_iter().flat_map(of).collect::<Vec<_>>()
+                };
+                all = all.iter().flat_map(longer).collect();
+            }
+            let least = all.iter().filter(|way| way.1 == cycle_s).map(|way| missed(&way.0));
+            assert!(ours < least.fold(f64::INFINITY, f64::min) + 1e-9, "{ring:?}: {timed:?}");
+        }
     }
 }

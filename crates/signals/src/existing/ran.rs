@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::{Control, ExistingPlan, PlanPhase, Recall, Timed, schedule};
 use crate::program::{ProgramKind, ProgramPhase, RingPhase, SignalProgram};
 use crate::settings::SignalSettings;
-use crate::timing::Timing;
+use crate::timing::{Timing, tenths};
 use crate::vocabulary::listed;
 
 /// Gap between vehicles after which SUMO's actuated programs end a green, seconds (its default).
@@ -27,34 +27,40 @@ pub struct Green {
     pub yellow_s: f64,
     /// All-red after it, seconds.
     pub all_red_s: f64,
+    /// Yellow and all-red for the cabinet where the two are rounded, tenths of seconds.
+    pub exact_s: Option<[f64; 2]>,
     /// Walk and clearance beside it, seconds.
     pub walk_s: Option<[f64; 2]>,
 }
 
 /// Returns the plan of a signal that ran in two rings, by vehicles.
 pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
-    let phase = |p: &RingPhase| PlanPhase {
-        number: p.number,
-        ring: p.ring,
-        barrier: p.barrier,
-        position: p.position,
-        movements: p.movements.clone(),
-        yielding: p.yielding.clone(),
-        min_green_s: p.min_green_s.into(),
-        max_green_s: match p.split_s {
-            Some(split_s) => split_s.saturating_sub(p.yellow_s + p.all_red_s).into(),
-            None => p.max_green_s.into(),
-        },
-        min_split_s: None,
-        passage_s: p.passage_s.into(),
-        yellow_s: p.yellow_s.into(),
-        all_red_s: p.all_red_s.into(),
-        walk_s: p.walk_s.zip(p.clearance_s).and_then(|(walk, clear)| people(walk, clear)),
-        recall: if p.recall { Recall::Min } else { Recall::None },
-        dual_entry: p.number.is_multiple_of(2),
-        // A force-off ends a phase that began early, not the length of its split.
-        inhibit_max: p.split_s.is_some(),
-        detectors: String::new(),
+    let phase = |p: &RingPhase| {
+        let [yellow_s, all_red_s] = p.exact_s.unwrap_or([p.yellow_s, p.all_red_s].map(f64::from));
+        PlanPhase {
+            number: p.number,
+            also: None,
+            ring: p.ring,
+            barrier: p.barrier,
+            position: p.position,
+            movements: p.movements.clone(),
+            yielding: p.yielding.clone(),
+            min_green_s: p.min_green_s.into(),
+            max_green_s: match p.split_s {
+                Some(split_s) => tenths(f64::from(split_s) - yellow_s - all_red_s).max(0.0),
+                None => p.max_green_s.into(),
+            },
+            min_split_s: None,
+            passage_s: p.passage_s.into(),
+            yellow_s,
+            all_red_s,
+            walk_s: p.walk_s.zip(p.clearance_s).and_then(|(walk, clear)| people(walk, clear)),
+            recall: if p.recall { Recall::Min } else { Recall::None },
+            dual_entry: p.number.is_multiple_of(2),
+            // A force-off ends a phase that began early, not the length of its split.
+            inhibit_max: p.split_s.is_some(),
+            detectors: String::new(),
+        }
     };
     let phases = signal.rings.iter().map(phase).collect();
     let Some(cycle_s) = signal.cycle_s.map(f64::from) else {
@@ -107,19 +113,25 @@ pub fn of_program(
             let movements = of(&green.state, 'G');
             let mut yielding = of(&green.state, 'g');
             yielding.retain(|name| !movements.contains(name));
+            let shown_s = [green.yellow_s, green.all_red_s];
+            let [yellow_s, all_red_s] = green.exact_s.unwrap_or(shown_s);
+            // The cycle stays.
+            let rest_s = shown_s.iter().sum::<f64>() - yellow_s - all_red_s;
+            let green_s = if is_fixed { tenths(green.green_s + rest_s) } else { green.green_s };
             PlanPhase {
                 number,
+                also: None,
                 ring: 1,
                 barrier: 1,
                 position: number,
                 movements,
                 yielding,
-                min_green_s: green.green_s,
-                max_green_s: green.max_s.unwrap_or(green.green_s),
+                min_green_s: green_s,
+                max_green_s: green.max_s.unwrap_or(green_s),
                 min_split_s: None,
                 passage_s: if is_fixed { 0.0 } else { program.max_gap_s.unwrap_or(SUMO_GAP_S) },
-                yellow_s: green.yellow_s,
-                all_red_s: green.all_red_s,
+                yellow_s,
+                all_red_s,
                 walk_s: green.walk_s,
                 recall: if is_fixed { Recall::Max } else { Recall::Min },
                 dual_entry: true,
@@ -128,7 +140,7 @@ pub fn of_program(
             }
         })
         .collect();
-    let cycle_s = is_fixed.then(|| phases.iter().map(PlanPhase::split_s).sum());
+    let cycle_s = is_fixed.then(|| tenths(phases.iter().map(PlanPhase::split_s).sum()));
     let control = if is_fixed { Control::Pretimed } else { Control::Actuated };
     let reference = if is_fixed { vec![1] } else { Vec::new() };
     let offset_s = Some(program.offset_s);
@@ -146,6 +158,7 @@ pub fn greens(program: &SignalProgram) -> Vec<Green> {
         max_s: p.max_s.filter(|_| is_actuated),
         yellow_s: 0.0,
         all_red_s: 0.0,
+        exact_s: p.exact_s,
         walk_s: p.walk_s.zip(p.clearance_s).and_then(|(walk, clear)| people(walk, clear)),
     };
     let starts = starts(program);
@@ -164,7 +177,7 @@ pub fn greens(program: &SignalProgram) -> Vec<Green> {
 }
 
 /// Returns the indices of the phases that are greens.
-fn starts(program: &SignalProgram) -> Vec<usize> {
+pub fn starts(program: &SignalProgram) -> Vec<usize> {
     let timing = Timing::new(&SignalSettings::default(), Vec::new(), Vec::new());
     // Where vehicles may turn on red, it is red.
     let states: Vec<String> = program.phases.iter().map(|p| p.state.replace('s', "r")).collect();

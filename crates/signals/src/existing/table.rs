@@ -83,7 +83,7 @@ columns! {
     offset_s: f64,
     reference: Vec<u32>,
     referenced_to: u32,
-    phase: u32,
+    phase: (u32, Option<u32>),
     ring: u32,
     barrier: u32,
     position: u32,
@@ -145,6 +145,24 @@ impl Value for Box<str> {
 
     fn write(&self) -> String {
         self.to_string()
+    }
+}
+
+impl Value for (u32, Option<u32>) {
+    const EXPECTED: &'static str = "a whole number, or two of a stage such as 2+6";
+
+    fn read(text: &str) -> Option<Self> {
+        let (one, other) = text.split_once('+')?;
+        Some((u32::read(one.trim())?, Some(u32::read(other.trim())?)))
+    }
+
+    fn of_cell(row: &Row, at: usize) -> Option<Self> {
+        Self::read(row.text(at)).or_else(|| Some((u32::of_cell(row, at)?, None)))
+    }
+
+    fn write(&self) -> String {
+        let also = self.1.map_or_else(String::new, |also| format!("+{}", also.max(self.0)));
+        format!("{}{also}", self.1.map_or(self.0, |also| also.min(self.0)))
     }
 }
 
@@ -283,7 +301,7 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
         plan.offset_s = cells.offset_s.or(plan.offset_s);
         plan.referenced_to = cells.referenced_to.unwrap_or(plan.referenced_to);
         cells.reference.iter().for_each(|numbers| plan.reference.clone_from(numbers));
-        plan.phases.push(cells.phase().map_err(wrong)?);
+        plan.push(cells.phase().map_err(wrong)?);
     }
     for (named, told) in plans.iter().zip(&told) {
         let known = told.contains_key("control").then_some(()).ok_or("control is empty".to_owned());
@@ -308,7 +326,7 @@ impl Cells {
             offset_s: plan.offset_s,
             reference: Some(plan.reference.clone()),
             referenced_to: Some(plan.referenced_to),
-            phase: Some(phase.number),
+            phase: Some((phase.number, phase.also)),
             ring: Some(phase.ring),
             barrier: Some(phase.barrier),
             position: Some(phase.position),
@@ -362,8 +380,10 @@ impl Cells {
         }
         let movements = self.movements.unwrap_or_default();
         let has_through = movements.iter().any(|m| matches!(movement(m), Some((_, Turn::Through))));
+        let (number, also) = self.phase.ok_or_else(|| empty("phase"))?;
         Ok(PlanPhase {
-            number: self.phase.ok_or_else(|| empty("phase"))?,
+            number,
+            also,
             ring: self.ring.ok_or_else(|| empty("ring"))?,
             barrier: self.barrier.ok_or_else(|| empty("barrier"))?,
             position: self.position.ok_or_else(|| empty("position"))?,
@@ -423,6 +443,8 @@ mod tests {
         plan.phases[1].recall = Recall::Ped;
         (plan.phases[2].inhibit_max, plan.phases[2].min_split_s) = (true, Some(22.5));
         plan.offset_s = Some(12.5);
+        // Two at once; of the second one number is taken.
+        (plan.phases[2].also, plan.phases[3].also) = (Some(7), Some(1));
         let named =
             NamedPlan { intersection: "Oak / Main".into(), period: "am".into(), plan, line: 2 };
         let text = to_csv(std::slice::from_ref(&named));

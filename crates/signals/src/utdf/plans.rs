@@ -135,6 +135,7 @@ impl Utdf {
         let flag = |name: &str| Ok::<_, Fault>(value(name)?.is_some_and(|flag| flag != 0.0));
         Ok(Some(PlanPhase {
             number,
+            also: None,
             ring,
             barrier,
             position,

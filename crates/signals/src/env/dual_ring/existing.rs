@@ -15,13 +15,11 @@ use osm_signals::Turn;
 use super::links::Links;
 use super::plan::{Coordination, Detector, Phase, Plan};
 use crate::control::dual_ring::Config;
-use crate::existing::{
-    Control, ExistingPlan, PlanPhase, Recall, Timed, nearest_s, schedule, whole_change,
-};
+use crate::existing::{Control, ExistingPlan, PlanPhase, Recall, Timed, schedule};
 use crate::junction::Set;
 use crate::sim::topology::edge;
 use crate::sim::{ProgramPhase, Scene, SignalInfo};
-use crate::timing::{Timing, WALK_S};
+use crate::timing::{Change, Timing, WALK_S, beside, nearest_s};
 
 /// The plan on the links of a signal.
 struct Wired<'a> {
@@ -107,6 +105,10 @@ impl<'a> Wired<'a> {
 
     fn phase(&self, index: usize, timing: &Timing) -> Phase {
         let phase = &self.plan.phases[index];
+        let change = match self.plan.control {
+            Control::Actuated => Change::nearest(phase.change_s()),
+            Control::Pretimed | Control::Coordinated => schedule(self.plan).0[index].change,
+        };
         let crossings = self.crossings(index, timing);
         let everybody = timing.crossings() > 0 && timing.recalls_pedestrians();
         let in_every_cycle = everybody || phase.recall == Recall::Ped;
@@ -125,7 +127,7 @@ impl<'a> Wired<'a> {
             min_s,
             max_s: nearest_s(phase.max_green_s).max(min_s),
             limit_s: None,
-            change: whole_change(phase.yellow_s, phase.all_red_s),
+            change,
             passage_s: nearest_s(phase.passage_s),
             recall: is_recalled || self.is_coordinated(index),
             is_full: phase.recall == Recall::Max,
@@ -264,7 +266,7 @@ impl<'a> Wired<'a> {
 
 /// Returns walk and clearance together, whole seconds.
 fn whole_s([walk_s, clearance_s]: [f64; 2]) -> u32 {
-    whole_change(walk_s, clearance_s).total_s()
+    beside(walk_s + clearance_s)[1]
 }
 
 /// Returns links and phases of a plan that sees vehicles on a signal.
@@ -348,8 +350,8 @@ mod tests {
             (LEFTS, 8.0),
             ("rryrrrrryrrr", 4.0),
             (RED, 1.0),
-            (MAIN, 19.0),
-            (MAIN_ENDS, 4.0),
+            (MAIN, 20.0),
+            (MAIN_ENDS, 3.0),
             (RED, 1.0),
             (SIDE, 20.0),
             (SIDE_ENDS, 4.0),
@@ -474,10 +476,10 @@ mod tests {
     fn coordinated_phases_hold_the_green_until_the_end_of_their_split() {
         let plan = placed(Control::Coordinated);
         assert_eq!(play(&plan, &[], 200), expected(&[(MAIN, 200)]), "nobody calls");
-        // They began 19 s before they may end. The lefts are skipped, and what they leave is theirs: 62 - 20 - 2 x 5 s.
+        // They began 20 s before they may end. The lefts are skipped, and what they leave is theirs: 62 - 20 - 4 - 5 s.
         let shown = play(&plan, &[(4, 0..999), (8, 0..999)], 81 + 62);
-        let side = [(MAIN_ENDS, 4), (RED, 1), (SIDE, 20), (SIDE_ENDS, 4), (RED, 1)];
-        let all = [&[(MAIN, 19)][..], &side, &[(MAIN, 32)], &side, &[(MAIN, 32)]].concat();
+        let side = [(MAIN_ENDS, 3), (RED, 1), (SIDE, 20), (SIDE_ENDS, 4), (RED, 1)];
+        let all = [&[(MAIN, 20)][..], &side, &[(MAIN, 33)], &side, &[(MAIN, 32)]].concat();
         assert_eq!(shown, expected(&all));
     }
 
@@ -499,7 +501,7 @@ mod tests {
     fn a_through_phase_opposite_the_only_coordinated_one_is_served_in_every_cycle() {
         let mut plan = placed(Control::Coordinated);
         let all = |left, through, side| {
-            [(through, 0, 19), (side, 24, 20), (left, 49, 8), (through, 62, 19), (side, 86, 20)]
+            [(through, 0, 20), (side, 24, 20), (left, 49, 8), (through, 62, 20), (side, 86, 20)]
         };
         plan.reference = vec![2];
         assert_eq!(greens(&plan, &[5, 6, 8], &[4, 5, 6, 8], 107), all(5, 6, 8));
@@ -521,7 +523,7 @@ mod tests {
         let mut plan = lead_lag();
         (plan.phases[4].yellow_s, plan.phases[4].max_green_s) = (5.5, 18.0);
         let ended = greens(&plan, &[1, 2, 6, 8], &[1, 2, 4, 6, 8], 60);
-        assert_eq!(ended, [(2, 0, 20), (6, 0, 30), (1, 25, 7), (8, 37, 20)]);
+        assert_eq!(ended, [(2, 0, 20), (6, 0, 31), (1, 25, 8), (8, 37, 20)]);
     }
 
     #[test]
@@ -591,12 +593,12 @@ mod tests {
     #[test]
     fn a_call_that_comes_too_late_for_its_split_waits_for_the_next_cycle() {
         let plan = placed(Control::Coordinated);
-        // The split of phase 4 ends 25 s after the coordinated phases may end: 5 s of change and 5 s of green fit in
+        // The split of phase 4 ends 24 s after the coordinated phases may end: 4 s of change and 5 s of green fit in
         // until 15 s.
         assert_eq!(play(&plan, &[(4, 29..99)], 81)[0], (MAIN.to_owned(), 30));
-        assert_eq!(play(&plan, &[(4, 40..200)], 100)[0], (MAIN.to_owned(), 81));
-        // What began late ends at the end of its split: 25 s after 19 s.
+        assert_eq!(play(&plan, &[(4, 40..200)], 100)[0], (MAIN.to_owned(), 82));
+        // What began late ends at the end of its split: 24 s after 20 s.
         let shown = play(&plan, &[(4, 29..200)], 81);
-        assert_eq!(shown[3], (SIDE.to_owned(), 44 - 35));
+        assert_eq!(shown[3], (SIDE.to_owned(), 44 - 34));
     }
 }
