@@ -75,7 +75,7 @@ pub enum Command {
     /// Show the point MDPs of a family and their importance
     List(list::ListArgs),
     /// Build the SUMO networks of a family
-    BuildNetworks(build_networks::BuildNetworksArgs),
+    BuildNetworks(Box<build_networks::BuildNetworksArgs>),
     /// Evaluate controllers on a sample of a family
     Run(Box<run::RunArgs>),
     /// Evaluate models that `run` trained on other point MDPs or SUMO scenarios

@@ -8,7 +8,7 @@ use tempfile::TempDir;
 use tsc_family::analysis::MethodSummary;
 use tsc_family::domains;
 use tsc_family::family::Feature;
-use tsc_family::report::{self, Report, ReportPaths, findings, text};
+use tsc_family::report::{self, Report, ReportPaths, findings};
 use tsc_family::sample::{Draw, SamplePlan, Sampling};
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Identity, Manifest, PointRow, Provenance, Task};
