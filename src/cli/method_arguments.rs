@@ -7,8 +7,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::traffic::control::Controller;
 use crate::traffic::control::registry::METHODS;
+use crate::traffic::control::{Controller, Setup};
 use crate::traffic::domain::Traffic;
 use crate::traffic::model::SignalModel;
 use crate::traffic::own::exec::Exec;
@@ -85,8 +85,8 @@ pub(crate) fn add(
         let (words, files) = command(&words).map_err(wrong)?;
         let label: Vec<String> = words.iter().map(|word| label(word)).collect();
         let leaked: &'static str = name.clone().leak();
-        let create = move |setup: &_| {
-            Box::new(Exec::new(leaked, words.clone(), *setup, answer)) as Box<dyn Controller>
+        let create = move |setup: &Setup| {
+            Box::new(Exec::new(leaked, words.clone(), setup.clone(), answer)) as Box<dyn Controller>
         };
         let about = OwnMethod::new(&name, OwnKind::Exec, format!("{EXEC}{}", label.join(" ")));
         let method = Method::new(leaked, "a command of your own", Training::None);

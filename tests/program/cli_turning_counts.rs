@@ -283,6 +283,19 @@ fn an_existing_plan_is_simulated_and_compared_with() {
     folder.run(&format!("run city {options} --existing q.csv --methods existing --out q"));
     let delay = |run: &str| delays(&folder, run, "existing")[0].parse::<f64>().unwrap();
     assert!(delay("q") > delay("r"), "a cycle of 100 s is longer");
+    // Its splits can be better, and add up in both rings; the record says what ran.
+    let retime = "--methods existing,retime --set retime.simulations=20";
+    folder.run(&format!("run city {options} --existing q.csv {retime} --out t"));
+    let better: f64 = delays(&folder, "t", "retime")[0].parse().unwrap();
+    assert!(better < delay("q"), "{better} of {}", delay("q"));
+    let table = folder.read("t/report/plans/retime.csv");
+    let numbers = table.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
+    let splits: Vec<[f64; 2]> =
+        numbers.map(|cells| [3, 15].map(|column| cells[column].parse().unwrap())).collect();
+    let [cycle_s, _] = splits[0];
+    assert!(cycle_s < 100.0 && splits[0][1] + splits[2][1] == cycle_s, "{table}");
+    assert!(splits[1][1] + splits[3][1] == cycle_s, "{table}");
+    folder.run("routes --run t --point i0007 --method retime --out t-episode");
 }
 
 #[test]

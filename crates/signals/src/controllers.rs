@@ -54,7 +54,8 @@ pub fn create(
 /// Returns what a controller is set up with in a scenario, beside the settings of its method.
 pub fn setup(scenario: &Scenario, imported: bool, seed: u64) -> Setup {
     let decision_s = scenario.signal.delta_time_s;
-    Setup { seed, episodes: scenario.training.episodes, imported, decision_s }
+    let (episodes, nema) = (scenario.training.episodes, scenario.nema.clone());
+    Setup { seed, episodes, imported, decision_s, nema }
 }
 
 /// Returns the episodes that a method is trained or tuned for in a scenario with so many signals, at most:

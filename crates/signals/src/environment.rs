@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use osm_signals::Turn;
 
+use crate::control::{existing, retime};
 use crate::env::{SignalEnv, World};
 use crate::error::TrafficError;
 use crate::existing::ExistingPlan;
@@ -93,10 +94,11 @@ pub fn given(point: &PointRow) -> Result<Given, SimError> {
     })
 }
 
-/// Returns the plan of a generated point MDP that a method runs, as its manifest keeps it: `existing`, or one of
-/// `--plan-file`.
+/// Returns the plan of a generated point MDP that a method runs, as its manifest keeps it: `existing`, with which `retime`
+/// begins, or one of `--plan-file`.
 /// The error is what the manifest says instead.
 pub fn existing_plan(point: &PointRow, method: &str) -> Result<Option<ExistingPlan>, String> {
+    let method = if method == retime::METHOD.name { existing::METHOD.name } else { method };
     let plan = point.given.get(method).filter(|_| point.environment == GENERATED);
     let plan: Option<ExistingPlan> = plan
         .map(|plan| serde_json::from_value(plan.clone()))

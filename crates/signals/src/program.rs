@@ -151,6 +151,9 @@ pub struct SignalProgram {
     /// Phases in two rings; empty for other kinds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rings: Vec<RingPhase>,
+    /// Greens that `retime` chose for the phases of the plan that it began with, in its order, seconds; none where it kept its own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub greens_s: Vec<f64>,
     /// Names of the movements of each link of a SUMO scenario, such as `NBT`, with spaces between several; absent where results
     /// by movement have them, and for rings, whose phases do.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -170,6 +173,7 @@ impl SignalProgram {
             cycle_s: None,
             stages: None,
             rings: Vec::new(),
+            greens_s: Vec::new(),
             links: Vec::new(),
         }
     }

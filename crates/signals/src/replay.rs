@@ -1,18 +1,17 @@
 //! An episode of a record once more, to see what its lights did.
 //!
-//! A method that was trained comes from its model; one that was tuned runs the cycle that its record has; every other one
+//! A method that was trained comes from its model; one that was tuned runs the cycle or the greens that its record has; every other one
 //! does as it did. Metrics say whether it is the same episode.
 
-use super::control::dual_ring;
 use super::control::registry::METHODS;
-use super::control::{ControlError, Controller, Drive, SignalSpec};
-use super::control::{coordinated, existing};
+use super::control::{ControlError, Controller, Drive, Same, SignalSpec, coordinated, existing};
 use super::controllers::create;
 use super::domain::scenario_of;
 use super::environment::{environment, planned_world};
 use super::model::SignalModel;
 use super::network_files::GENERATED;
 use super::program::{ProgramKind, SignalProgram};
+use super::settings::Scenario;
 use super::sim::Sim;
 use super::trial::SignalTrial;
 use evaluation::run::RunError;
@@ -23,40 +22,30 @@ use evaluation::run::model::SavedModel;
 use evaluation::store::Layout;
 use evaluation::store::record::{Metrics, Summary};
 
-/// A cycle per signal, as a record has it.
-struct Recorded {
-    programs: Vec<SignalProgram>,
-    /// How two rings run theirs.
-    rings: dual_ring::Config,
-}
-
-impl Controller for Recorded {
-    fn name(&self) -> &'static str {
-        "recorded"
-    }
-
-    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        let drive = |signal: &SignalSpec| {
-            let program = self.programs.iter().find(|p| p.signal == signal.id);
-            let shown_again = |program: &SignalProgram| match (program.own, program.kind) {
-                (true, _) => Some(Drive::OwnProgram),
-                (false, ProgramKind::Static) => {
-                    let phases = program.phases.iter().map(|p| (p.state.clone(), p.duration_s));
-                    Some(Drive::Recorded(phases.collect(), program.offset_s))
-                }
-                (false, ProgramKind::DualRing) => {
-                    Some(Drive::CoordinatedRings(self.rings.clone(), program.stages.clone()?))
-                }
-                _ => None,
-            };
-            program.and_then(shown_again).ok_or_else(|| ControlError::Signal {
-                method: "recorded",
-                signal: signal.id.clone(),
-                reason: "its record has no cycle of it".to_owned(),
-            })
+/// Returns what runs the cycle or the greens of every signal that a record has.
+fn recorded(programs: Vec<SignalProgram>, scenario: &Scenario) -> Box<dyn Controller> {
+    let (within, free) = (coordinated::rings(&scenario.coordinated), scenario.nema.clone());
+    let drive = move |signal: &SignalSpec| {
+        let program = programs.iter().find(|p| p.signal == signal.id);
+        let shown_again = |program: &SignalProgram| match (program.own, program.kind) {
+            (true, _) => Some(Drive::OwnProgram),
+            (false, ProgramKind::Static) => {
+                let phases = program.phases.iter().map(|p| (p.state.clone(), p.duration_s));
+                Some(Drive::Recorded(phases.collect(), program.offset_s))
+            }
+            (false, ProgramKind::DualRing) => Some(match program.stages.clone() {
+                Some(stages) => Drive::CoordinatedRings(within.clone(), stages),
+                None => Drive::Retimed(free.clone(), program.greens_s.clone()),
+            }),
+            _ => None,
         };
-        signals.iter().map(drive).collect()
-    }
+        program.and_then(shown_again).ok_or_else(|| ControlError::Signal {
+            method: "recorded",
+            signal: signal.id.clone(),
+            reason: "its record has no cycle of it".to_owned(),
+        })
+    };
+    Box::new(Same { name: "recorded", drive })
 }
 
 /// Plays an episode of a record again, and returns its metrics and what each signal showed, as a program that shows it once.
@@ -99,8 +88,7 @@ pub fn replay<S: Sim>(
             Training::Tuned { .. } => {
                 let programs = summary.programs.read::<Vec<SignalProgram>>();
                 let wrong = |e| input(format!("the programs of its record cannot be read: {e}"));
-                let rings = coordinated::rings(&scenario.coordinated);
-                Box::new(Recorded { programs: programs.map_err(wrong)?, rings })
+                recorded(programs.map_err(wrong)?, &scenario)
             }
         },
     };

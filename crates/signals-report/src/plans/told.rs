@@ -64,7 +64,11 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
     let identity = &data.manifest.identity;
     let point = &identity.points[task.point];
     if let Some(plan) = given_plan(point, &identity.methods[task.method]) {
-        return vec![told(SIGNAL, plan, false)];
+        let mut ran = task.rings.iter().chain(&task.programs);
+        let plan = ran.next().map_or(plan.clone(), |program| plan.retimed(&program.greens_s));
+        // A record may come from a stranger.
+        let is_one = plan.check().is_ok();
+        return is_one.then(|| told(SIGNAL, plan, false)).into_iter().collect();
     }
     let of_results = shown.link_names(task.point);
     let names = |program: &SignalProgram| -> BTreeMap<usize, String> {

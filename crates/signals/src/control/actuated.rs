@@ -5,7 +5,7 @@
 //!
 //! Source: SUMO documentation, "Traffic Lights", actuated traffic lights based on time gaps.
 
-use super::{Controller, Drive, Same, Setup};
+use super::{Controller, Drive, Setup, same};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::settings;
 
@@ -27,5 +27,5 @@ settings! {
 
 /// Returns actuated control.
 pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
-    Same::boxed(METHOD.name, Drive::OwnActuated(config.max_green_s))
+    same(METHOD.name, Drive::OwnActuated(config.max_green_s))
 }

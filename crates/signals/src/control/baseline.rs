@@ -10,7 +10,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Controller, Drive, Same, Setup};
+use super::{Controller, Drive, Setup, same};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::settings;
 
@@ -60,5 +60,5 @@ impl BaselineProgram {
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
     let split = config.program.is_equal_split(setup.imported);
     let drive = if split { Drive::OwnEqualSplit(config.green_s) } else { Drive::OwnProgram };
-    Same::boxed(METHOD.name, drive)
+    same(METHOD.name, drive)
 }

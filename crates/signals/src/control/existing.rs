@@ -12,7 +12,7 @@
 //!
 //! Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapters 5 to 7; NEMA TS 2.
 
-use super::{Controller, Drive, Same, Setup};
+use super::{Controller, Drive, Setup, same};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::NoSettings;
 
@@ -24,5 +24,5 @@ pub const METHOD: Method = Method {
 
 /// Returns the existing plan.
 pub fn create(_config: &NoSettings, _setup: &Setup) -> Box<dyn Controller> {
-    Same::boxed(METHOD.name, Drive::Existing)
+    same(METHOD.name, Drive::Existing)
 }

@@ -3,8 +3,7 @@
 //! For each point MDP, on training seeds only:
 //! 1. One episode with the network's own program counts the vehicles per lane.
 //! 2. Every set of phases that serves all movements is tried with Webster's cycle and splits.
-//! 3. Nelder-Mead (crate `argmin`) searches the greens of the best set, in their logarithms, and
-//!    starts again from the best plan so far with a smaller simplex while simulations are left.
+//! 3. The greens of the best set are [searched](super::search).
 //! 4. The two best cycles and the own program are compared on further training seeds only, so that
 //!    a plan is not chosen because it happens to suit one arrival pattern.
 //!
@@ -28,13 +27,10 @@
 #[cfg(test)]
 mod tests;
 
-use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use argmin::core::{CostFunction, Executor};
-use argmin::solver::neldermead::NelderMead;
-
 use super::phase_sets::covering;
+use super::search::search;
 use super::webster::{Constants, greens, within};
 use super::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Setup, SignalSpec, Trainer,
@@ -92,40 +88,16 @@ pub fn kept_start(details: &BTreeMap<String, String>) -> Option<bool> {
     Some(says || plans.all(|(_, text)| text == OWN))
 }
 
-/// A fixed cycle of one signal.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Plan {
-    /// The network's own program.
-    Own,
-    /// Greens in their order, seconds.
-    Cycle(Vec<(GreenPhase, f64)>),
-}
-
-impl Plan {
-    /// Returns what drives the signal.
-    fn drive(&self) -> Drive {
-        match self {
-            Self::Own => Drive::OwnProgram,
-            Self::Cycle(greens) => Drive::Cycle(greens.clone()),
-        }
-    }
-}
-
 /// Returns a plan in words, with its cycle and the greens of its phases.
-fn describe(signal: &SignalSpec, plan: &Plan) -> String {
-    match plan {
-        Plan::Own => OWN.to_owned(),
-        Plan::Cycle(greens) => {
-            let phases: Vec<usize> = greens.iter().map(|(phase, _)| phase.0).collect();
-            let cycle_s =
-                greens.iter().map(|(_, g)| g).sum::<f64>() + signal.limits.lost_s(&phases);
-            let greens: Vec<_> = greens
-                .iter()
-                .map(|(phase, green)| format!("{} {green} s", signal.phases[phase.0].state))
-                .collect();
-            format!("cycle {cycle_s} s: {}", greens.join(", "))
-        }
-    }
+fn describe(signal: &SignalSpec, plan: &Drive) -> String {
+    let Drive::Cycle(greens) = plan else { return OWN.to_owned() };
+    let phases: Vec<usize> = greens.iter().map(|(phase, _)| phase.0).collect();
+    let cycle_s = greens.iter().map(|(_, g)| g).sum::<f64>() + signal.limits.lost_s(&phases);
+    let greens: Vec<_> = greens
+        .iter()
+        .map(|(phase, green)| format!("{} {green} s", signal.phases[phase.0].state))
+        .collect();
+    format!("cycle {cycle_s} s: {}", greens.join(", "))
 }
 
 /// Seed of the episodes that the search compares plans on.
@@ -140,10 +112,6 @@ const FINALISTS: usize = 3;
 /// Largest share of the simulations that goes into trying sets of phases.
 const SETS_SHARE: f64 = 0.4;
 
-/// Factors between the corners of the simplex, one start after the other; below 1 the corners lie
-/// on the other side.
-const SIMPLEX_FACTORS: [f64; 4] = [1.4, 0.8, 1.15, 0.9];
-
 /// Episodes that a signal has at least, beyond one for each of its greens: for a corner more and a step of the search.
 const LEAST_BEYOND_GREENS: u32 = 3;
 
@@ -155,25 +123,13 @@ pub fn budget(simulations: u32, signals: u32) -> u32 {
     (f64::from(simulations) * f64::from(signals).sqrt()).ceil() as u32
 }
 
-/// The search problem: logarithms of greens to mean delay.
-struct Search<F>(RefCell<F>);
-
-impl<F: FnMut(&[f64]) -> f64> CostFunction for Search<F> {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, logs: &Vec<f64>) -> Result<f64, argmin::core::Error> {
-        Ok((self.0.borrow_mut())(logs))
-    }
-}
-
 /// Tuned fixed-time control.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixedTime {
     constants: Constants,
     simulations: u32,
     signals: Vec<SignalSpec>,
-    plans: Vec<Plan>,
+    plans: Vec<Drive>,
     used: u32,
     /// Whether the plans are those that tuning started from.
     kept_start: bool,
@@ -196,15 +152,15 @@ impl Controller for FixedTime {
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         if self.signals != signals {
             self.signals = signals.to_vec();
-            self.plans = vec![Plan::Own; signals.len()];
+            self.plans = vec![Drive::OwnProgram; signals.len()];
         }
-        Ok(self.plans.iter().map(Plan::drive).collect())
+        Ok(self.plans.clone())
     }
 
     fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
         let first = self.run(trainer, SEARCH_SEED)?;
         let flow_vph = &first.lane_flow_vph;
-        let start: Vec<Plan> = (self.signals.iter().zip(flow_vph))
+        let start: Vec<Drive> = (self.signals.iter().zip(flow_vph))
             .map(|(spec, flow_vph)| self.start(spec, flow_vph))
             .collect();
         match flow_vph.as_slice() {
@@ -221,7 +177,7 @@ impl Controller for FixedTime {
     fn details(&self) -> BTreeMap<String, String> {
         let mut details = BTreeMap::from([(SIMULATIONS.to_owned(), self.used.to_string())]);
         // Where all run their own programs the plans say so.
-        if self.kept_start && self.plans.iter().any(|plan| *plan != Plan::Own) {
+        if self.kept_start && self.plans.iter().any(|plan| *plan != Drive::OwnProgram) {
             details.insert(TUNING.to_owned(), KEPT.to_owned());
         }
         for (signal, plan) in self.signals.iter().zip(&self.plans) {
@@ -241,9 +197,9 @@ impl FixedTime {
         trainer.episode(self, seed)
     }
 
-    fn start(&self, spec: &SignalSpec, flow_vph: &[f64]) -> Plan {
+    fn start(&self, spec: &SignalSpec, flow_vph: &[f64]) -> Drive {
         match spec.limits.own_program {
-            true => Plan::Own,
+            true => Drive::OwnProgram,
             false => self.webster(spec, covering(spec).swap_remove(0), flow_vph),
         }
     }
@@ -264,13 +220,13 @@ impl FixedTime {
         let plans = sets.map(|set| self.webster(&spec, set, flow_vph)).collect();
         let mut tried = self.explore(trainer, 0, Vec::new(), plans, search)?;
         if spec.limits.own_program {
-            tried.push((own_delay_s, Plan::Own));
+            tried.push((own_delay_s, Drive::OwnProgram));
         } else if tried.is_empty() {
             // Nothing can be simulated, and the own program is no choice: Webster's plan as it is.
             tried.push((own_delay_s, self.start(&spec, flow_vph)));
         }
         let (own, mut cycles): (Vec<_>, Vec<_>) =
-            tried.into_iter().partition(|(_, plan)| *plan == Plan::Own);
+            tried.into_iter().partition(|(_, plan)| *plan == Drive::OwnProgram);
         cycles.sort_by(|a, b| a.0.total_cmp(&b.0));
         cycles.truncate(FINALISTS - 1);
         let finalists = own.into_iter().chain(cycles).map(|(s, plan)| (s, vec![plan])).collect();
@@ -278,9 +234,9 @@ impl FixedTime {
         Ok(())
     }
 
-    fn webster(&self, spec: &SignalSpec, set: Vec<usize>, flow_vph: &[f64]) -> Plan {
+    fn webster(&self, spec: &SignalSpec, set: Vec<usize>, flow_vph: &[f64]) -> Drive {
         let greens = greens(spec, &set, flow_vph, &self.constants);
-        Plan::Cycle(set.into_iter().map(GreenPhase).zip(greens).collect())
+        Drive::Cycle(set.into_iter().map(GreenPhase).zip(greens).collect())
     }
 
     /// Tries plans of one signal, searches on from the best cycle with at most so many episodes, and returns all that were
@@ -289,10 +245,10 @@ impl FixedTime {
         &mut self,
         trainer: &mut dyn Trainer,
         signal: usize,
-        mut tried: Vec<(f64, Plan)>,
-        plans: Vec<Plan>,
+        mut tried: Vec<(f64, Drive)>,
+        plans: Vec<Drive>,
         budget: u32,
-    ) -> Result<Vec<(f64, Plan)>, ControlError> {
+    ) -> Result<Vec<(f64, Drive)>, ControlError> {
         // What it begins with cost nothing.
         let free = tried.len();
         for plan in plans {
@@ -301,80 +257,25 @@ impl FixedTime {
                 tried.push((self.run(trainer, SEARCH_SEED)?.delay_s, plan));
             }
         }
-        for factor in SIMPLEX_FACTORS {
-            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let cycle = tried.iter().find_map(|(_, plan)| match plan {
-                Plan::Cycle(greens) => Some(greens.clone()),
-                Plan::Own => None,
-            });
-            let Some(cycle) = cycle else { break };
-            let left = budget.saturating_sub((tried.len() - free) as u32);
-            self.search(trainer, signal, &cycle, factor, left, &mut tried)?;
-        }
-        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(tried)
-    }
-
-    /// Searches the greens of a cycle, and adds all plans that it tries.
-    fn search(
-        &mut self,
-        trainer: &mut dyn Trainer,
-        signal: usize,
-        start: &[(GreenPhase, f64)],
-        factor: f64,
-        simulations: u32,
-        tried: &mut Vec<(f64, Plan)>,
-    ) -> Result<(), ControlError> {
-        let logs: Vec<f64> = start.iter().map(|(_, green)| green.ln()).collect();
-        if (simulations as usize) <= logs.len() {
-            return Ok(());
-        }
-        // One corner changes the whole cycle, the others one green each against the rest.
-        let step = factor.ln();
-        let mut simplex = vec![logs.iter().map(|x| x - step).collect::<Vec<_>>()];
-        for i in 0..logs.len() {
-            let mut corner = logs.clone();
-            corner[i] += step;
-            simplex.push(corner);
-        }
+        let left = budget.saturating_sub((tried.len() - free) as u32);
         let spec = self.signals[signal].clone();
-        let phases: Vec<usize> = start.iter().map(|(phase, _)| phase.0).collect();
-        let (mut left, mut failure) = (simulations, None);
-        let delay_s = |logs: &[f64]| {
+        let logs = |plan: &Drive| match plan {
+            Drive::Cycle(greens) => Some(greens.iter().map(|(_, green)| green.ln()).collect()),
+            _ => None,
+        };
+        let with = |plan: &Drive, logs: &[f64]| {
+            let Drive::Cycle(greens) = plan else { return plan.clone() };
+            let phases: Vec<usize> = greens.iter().map(|(phase, _)| phase.0).collect();
             let greens: Vec<f64> = logs.iter().map(|x| x.exp()).collect();
             let greens = within(&spec, &phases, &greens);
-            let plan = Plan::Cycle(phases.iter().copied().map(GreenPhase).zip(greens).collect());
-            // Rounding to whole seconds makes the same plan come up again.
-            if let Some((delay_s, _)) = tried.iter().find(|(_, other)| *other == plan) {
-                return *delay_s;
-            }
-            // Not an error: argmin unwraps the costs of the first simplex. A plan that cannot be tried is
-            // the worst of all, and the search ends with its iterations.
-            if left == 0 || failure.is_some() {
-                return f64::MAX;
-            }
-            left -= 1;
-            self.plans[signal] = plan.clone();
-            match self.run(trainer, SEARCH_SEED) {
-                Ok(outcome) => {
-                    tried.push((outcome.delay_s, plan));
-                    outcome.delay_s
-                }
-                Err(e) => {
-                    failure = Some(e);
-                    f64::MAX
-                }
-            }
+            Drive::Cycle(phases.into_iter().map(GreenPhase).zip(greens).collect())
         };
-        let search = Search(RefCell::new(delay_s));
-        let result = Executor::new(search, NelderMead::new(simplex))
-            .configure(|state| state.max_iters(u64::from(simulations)))
-            .run()
-            .map(drop)
-            .map_err(|e| e.to_string());
-        let failed = |e| format!("the search for a signal plan failed: {e}");
-        let failed = |e| ControlError::Own { method: METHOD.name, reason: failed(e) };
-        failure.map_or_else(|| result.map_err(failed), Err)
+        let mut simulate = |plan: &Drive| {
+            self.plans[signal] = plan.clone();
+            Ok(self.run(trainer, SEARCH_SEED)?.delay_s)
+        };
+        search(&mut tried, left, &logs, &with, &mut simulate)?;
+        Ok(tried)
     }
 
     /// Returns the network with the least delay on further seeds, of equal ones the first; without further seeds the delay on
@@ -382,10 +283,10 @@ impl FixedTime {
     fn decide(
         &mut self,
         trainer: &mut dyn Trainer,
-        finalists: Vec<(f64, Vec<Plan>)>,
+        finalists: Vec<(f64, Vec<Drive>)>,
         with_finals: bool,
-    ) -> Result<Vec<Plan>, ControlError> {
-        let mut best: Option<(f64, Vec<Plan>)> = None;
+    ) -> Result<Vec<Drive>, ControlError> {
+        let mut best: Option<(f64, Vec<Drive>)> = None;
         for (search_delay_s, network) in finalists {
             let mut total_s = search_delay_s;
             if with_finals {
@@ -406,13 +307,13 @@ impl FixedTime {
     fn tune_network(
         &mut self,
         trainer: &mut dyn Trainer,
-        start: &[Plan],
+        start: &[Drive],
         first: &EpisodeOutcome,
     ) -> Result<(), ControlError> {
         let flow_vph = &first.lane_flow_vph;
         let finals = (FINALISTS * FINAL_SEEDS.len()) as u32;
         let most = budget(self.simulations, self.signals.len() as u32).saturating_sub(finals);
-        let start_s = match start.iter().all(|plan| *plan == Plan::Own) {
+        let start_s = match start.iter().all(|plan| *plan == Drive::OwnProgram) {
             true => first.delay_s,
             false => self.try_network(trainer, start, SEARCH_SEED)?,
         };
@@ -451,7 +352,7 @@ impl FixedTime {
 
     /// Returns networks in which every signal has Webster's plan for its first set of phases, for its second and so on;
     /// one with fewer sets keeps its last.
-    fn joint(&self, flow_vph: &[Vec<f64>], most: usize) -> Vec<Vec<Plan>> {
+    fn joint(&self, flow_vph: &[Vec<f64>], most: usize) -> Vec<Vec<Drive>> {
         let sets: Vec<Vec<Vec<usize>>> = self.signals.iter().map(covering).collect();
         let rounds = sets.iter().map(Vec::len).max().unwrap_or(0).min(most);
         let plan = |signal: usize, round: usize| {
@@ -475,7 +376,7 @@ impl FixedTime {
         let least = sets[0].len() as u32 + LEAST_BEYOND_GREENS;
         let share = share.max(least).min(left);
         let most_sets = (f64::from(share) * SETS_SHARE).ceil() as usize;
-        let own = spec.limits.own_program.then_some(Plan::Own);
+        let own = spec.limits.own_program.then_some(Drive::OwnProgram);
         let webster = sets.into_iter().map(|set| self.webster(&spec, set, flow_vph));
         let plans = own.into_iter().chain(webster).take(most_sets).collect();
         let start = vec![(best_s, self.plans[signal].clone())];
@@ -488,7 +389,7 @@ impl FixedTime {
     fn try_network(
         &mut self,
         trainer: &mut dyn Trainer,
-        plans: &[Plan],
+        plans: &[Drive],
         seed: u32,
     ) -> Result<f64, ControlError> {
         self.plans = plans.to_vec();

@@ -22,6 +22,8 @@ pub mod nema;
 pub mod phase_sets;
 pub mod program;
 pub mod registry;
+pub mod retime;
+mod search;
 pub mod senses;
 pub mod state;
 pub mod streets;
@@ -244,6 +246,9 @@ pub enum Drive {
     CoordinatedRings(dual_ring::Config, RingStages),
     /// The plan that the signal has today, with its own times; see [`existing`].
     Existing,
+    /// The existing plan where there is one, else dual-ring control, with these greens of its phases, seconds; none keeps its
+    /// own. See [`retime`].
+    Retimed(dual_ring::Config, Vec<f64>),
     /// A cycle of green phases with their durations, seconds, without the yellows in between.
     Cycle(Vec<(GreenPhase, f64)>),
     /// A fixed cycle as a record has it: every state with its duration, seconds, yellow and all-red included, and the offset.
@@ -257,6 +262,27 @@ pub struct EpisodeOutcome {
     pub delay_s: f64,
     /// Vehicles seen per hour, per signal and lane.
     pub lane_flow_vph: Vec<Vec<f64>>,
+    /// Per signal the greens of [`Drive::Retimed`] without any; absent of others.
+    pub rings: Vec<Option<RingGreens>>,
+}
+
+/// The greens of the phases of a signal in two rings, as a method may choose them; seconds, by phase.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RingGreens {
+    /// Per side and ring the phases in their order.
+    pub sides: Vec<[Vec<usize>; 2]>,
+    /// The greens; of phases that end by vehicles the longest.
+    pub green_s: Vec<f64>,
+    /// The shortest that may be chosen.
+    pub least_s: Vec<f64>,
+    /// The longest that may be chosen, infinite without a limit.
+    pub most_s: Vec<f64>,
+    /// Yellow and all-red after them.
+    pub change_s: Vec<f64>,
+    /// Lanes whose vehicles call them, positions in [`SignalSpec::lanes`].
+    pub lanes: Vec<Vec<usize>>,
+    /// The shortest and the longest cycle, which the splits have to fill; absent where phases end by vehicles alone.
+    pub cycle_s: Option<[f64; 2]>,
 }
 
 /// Why a controller cannot work.
@@ -317,7 +343,7 @@ pub enum ControlError {
 }
 
 /// What a controller is set up with, beside the settings of its method.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Setup {
     /// Of everything random in it.
     pub seed: u64,
@@ -327,6 +353,8 @@ pub struct Setup {
     pub imported: bool,
     /// Seconds from one decision to the next.
     pub decision_s: u32,
+    /// Settings of `nema`.
+    pub nema: dual_ring::Config,
 }
 
 /// Runs episodes for a controller that learns or tunes itself.
@@ -487,25 +515,25 @@ pub trait Controller {
     }
 }
 
-/// A method that neither decides nor learns: the same drives every signal.
-struct Same {
-    name: &'static str,
-    drive: Drive,
+/// A method that neither decides nor learns.
+pub struct Same<F> {
+    /// Its name.
+    pub name: &'static str,
+    /// What drives a signal.
+    pub drive: F,
 }
 
-impl Same {
-    /// Returns the controller of a method.
-    fn boxed(name: &'static str, drive: Drive) -> Box<dyn Controller> {
-        Box::new(Self { name, drive })
-    }
+/// Returns the controller of a method of which the same drives every signal.
+fn same(name: &'static str, drive: Drive) -> Box<dyn Controller> {
+    Box::new(Same { name, drive: move |_: &SignalSpec| Ok(drive.clone()) })
 }
 
-impl Controller for Same {
+impl<F: Fn(&SignalSpec) -> Result<Drive, ControlError>> Controller for Same<F> {
     fn name(&self) -> &'static str {
         self.name
     }
 
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        Ok(vec![self.drive.clone(); signals.len()])
+        signals.iter().map(&self.drive).collect()
     }
 }

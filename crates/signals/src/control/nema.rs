@@ -19,7 +19,7 @@
 //! Source: NEMA TS 2; "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapters 5 and 6.
 
 pub use super::dual_ring::{Config, Recall};
-use super::{Controller, Drive, Same, Setup};
+use super::{Controller, Drive, Setup, same};
 use evaluation::run::method::{Method, Training};
 
 /// The method.
@@ -32,7 +32,7 @@ pub const METHOD: Method = Method {
 
 /// Returns dual-ring control.
 pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
-    Same::boxed(METHOD.name, Drive::DualRing(config.clone()))
+    same(METHOD.name, Drive::DualRing(config.clone()))
 }
 
 #[cfg(test)]

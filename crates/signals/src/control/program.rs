@@ -3,7 +3,7 @@
 //! On generated networks the own program is netconvert's default, so the method equals the
 //! baseline there.
 
-use super::{Controller, Drive, Same, Setup};
+use super::{Controller, Drive, Setup, same};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::NoSettings;
 
@@ -15,5 +15,5 @@ pub const METHOD: Method = Method {
 
 /// Returns the own program.
 pub fn create(_config: &NoSettings, _setup: &Setup) -> Box<dyn Controller> {
-    Same::boxed(METHOD.name, Drive::OwnProgram)
+    same(METHOD.name, Drive::OwnProgram)
 }

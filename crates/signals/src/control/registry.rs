@@ -15,7 +15,8 @@ macro_rules! methods {
             super::max_pressure_resco,
             super::actuated::Config,
             super::nema::Config,
-            super::coordinated::Config;
+            super::coordinated::Config,
+            super::retime::Config;
             super::idqn::Config,
             super::ippo::Config,
             super::mplight::Config,

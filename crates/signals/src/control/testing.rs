@@ -162,7 +162,7 @@ impl Trainer for QueueWorld {
             }
         }
         self.figures.push(controller.figures());
-        Ok(EpisodeOutcome { delay_s: waiting, lane_flow_vph: vec![] })
+        Ok(EpisodeOutcome { delay_s: waiting, ..EpisodeOutcome::default() })
     }
 
     fn decisions_per_episode(&self) -> u32 {

@@ -1,7 +1,7 @@
 //! What an episode is judged by.
 
 use super::by_movement::MovementTotals;
-use crate::control::EpisodeOutcome;
+use crate::control::{EpisodeOutcome, RingGreens};
 use crate::sim::StepCounts;
 use crate::sim::tripinfo::TripTotals;
 use crate::street_results::StreetResult;
@@ -29,6 +29,8 @@ pub struct EpisodeMetrics {
     pub streets: Vec<StreetResult>,
     /// Vehicles seen per hour, per signal and lane of the signal.
     pub lane_flow_vph: Vec<Vec<f64>>,
+    /// Per signal the greens that a method may choose; absent of others.
+    pub rings: Vec<Option<RingGreens>>,
 }
 
 impl EpisodeMetrics {
@@ -50,7 +52,7 @@ impl EpisodeMetrics {
 
     /// Returns what training may use of the episode; `None` without vehicles.
     pub fn outcome(&self) -> Option<EpisodeOutcome> {
-        let lane_flow_vph = self.lane_flow_vph.clone();
-        Some(EpisodeOutcome { delay_s: self.delay_s()?, lane_flow_vph })
+        let (lane_flow_vph, rings) = (self.lane_flow_vph.clone(), self.rings.clone());
+        Some(EpisodeOutcome { delay_s: self.delay_s()?, lane_flow_vph, rings })
     }
 }

@@ -73,7 +73,8 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
         | Drive::Decisions
         | Drive::DualRing(_)
         | Drive::CoordinatedRings(..)
-        | Drive::Existing => None,
+        | Drive::Existing
+        | Drive::Retimed(..) => None,
         Drive::OwnEqualSplit(green_s) => make(
             ProgramKind::Static,
             own(&|state, least_s, most_s| {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use crate::control::{Drive, GreenPhase, Observation, Onward, SignalSpec};
+use crate::control::{Drive, GreenPhase, Observation, Onward, RingGreens, SignalSpec};
 use crate::existing::ran::{greens, starts};
 use crate::existing::{Control, ExistingPlan};
 use crate::program::{self, SignalProgram};
@@ -60,6 +60,9 @@ pub struct SignalEnv<S> {
     cabinets: Vec<Option<Cabinet>>,
     /// Of the signals that run in two rings.
     rings: Vec<Option<DualRing>>,
+    /// By signal, the greens with which `retime` drives it, and what it may choose where it keeps those that it has.
+    retimed: Vec<Vec<f64>>,
+    ring_greens: Vec<Option<RingGreens>>,
     /// Who wants to cross at each signal, where they push buttons; on recall what WALK they have.
     pedestrians: Vec<Option<Pedestrians>>,
     seed: u64,
@@ -117,6 +120,8 @@ impl<S: Sim> SignalEnv<S> {
             specs: Vec::new(),
             cabinets: Vec::new(),
             rings: Vec::new(),
+            retimed: Vec::new(),
+            ring_greens: Vec::new(),
             pedestrians: Vec::new(),
             seed: 0,
             shown: Vec::new(),
@@ -177,6 +182,8 @@ impl<S: Sim> SignalEnv<S> {
         );
         self.cabinets = vec![None; self.signals.len()];
         self.rings = vec![None; self.signals.len()];
+        self.retimed = vec![Vec::new(); self.signals.len()];
+        self.ring_greens = vec![None; self.signals.len()];
         self.seed = seed;
         self.pedestrians = self.draw_pedestrians();
         self.shown = vec![String::new(); self.signals.len()];
@@ -342,9 +349,27 @@ impl<S: Sim> SignalEnv<S> {
             // for keeps his time.
             let drive = if signal.has_one_green() { &Drive::OwnProgram } else { drive };
             let info = &self.scene.signals[i];
+            let failed = |reason| SimError::Signal { signal: info.id.clone(), reason };
+            let existing = match drive {
+                Drive::Existing => Some(self.world.existing(info)?.clone()),
+                Drive::Retimed(_, greens_s) => {
+                    self.world.existing.as_ref().map(|plan| plan.retimed(greens_s))
+                }
+                _ => None,
+            };
+            if let Drive::Retimed(config, greens_s) = drive {
+                let greens =
+                    || DualRing::ring_greens(&self.scene, info, signal, existing.as_ref(), config);
+                self.ring_greens[i] =
+                    greens_s.is_empty().then(greens).transpose().map_err(failed)?;
+                self.retimed[i].clone_from(greens_s);
+            }
             let (rings, fixed) = match drive {
                 Drive::DualRing(config) => {
-                    (Some(DualRing::new(&self.scene, info, signal, config)), None)
+                    (Some(DualRing::new(&self.scene, info, signal, config, &[])), None)
+                }
+                Drive::Retimed(config, greens_s) if existing.is_none() => {
+                    (Some(DualRing::new(&self.scene, info, signal, config, greens_s)), None)
                 }
                 Drive::CoordinatedRings(config, stages) => {
                     let told = (config, stages);
@@ -361,12 +386,10 @@ impl<S: Sim> SignalEnv<S> {
             let drive = fixed.as_ref().unwrap_or(drive);
             self.cabinets[i] = (*drive == Drive::Decisions)
                 .then(|| Cabinet::new(signal, self.signal_settings.yellow_time_s));
-            let installed = match (&self.cabinets[i], drive) {
+            let installed = match (&self.cabinets[i], &existing) {
                 (Some(cabinet), _) => Some(cabinet.table.program.clone()),
-                (None, Drive::Existing) => {
-                    existing_cycle(self.world.existing(info)?, &self.scene, info)?
-                }
-                (None, drive) => program(signal, drive)?,
+                (None, Some(plan)) => existing_cycle(plan, &self.scene, info).map_err(failed)?,
+                (None, None) => program(signal, drive)?,
             };
             let installed = installed.map(|program| self.on_red[i].program(program));
             match &installed {
@@ -379,18 +402,12 @@ impl<S: Sim> SignalEnv<S> {
                 }
                 None => self.sim.select(i, &self.scene.signals[i].active_program)?,
             }
-            let rings =
-                match drive {
-                    Drive::Existing if installed.is_none() => {
-                        let plan = self.world.existing(info)?;
-                        let rings = DualRing::existing(&self.scene, info, signal, plan);
-                        Some(rings.map_err(|reason| SimError::Signal {
-                            signal: info.id.clone(),
-                            reason,
-                        })?)
-                    }
-                    _ => rings,
-                };
+            let rings = match existing.filter(|_| installed.is_none()) {
+                Some(plan) => {
+                    Some(DualRing::existing(&self.scene, info, signal, &plan).map_err(failed)?)
+                }
+                None => rings,
+            };
             if let Some(cabinet) = &self.cabinets[i] {
                 self.shown[i].clone_from(&cabinet.table.program.phases[0].state);
             }
@@ -427,7 +444,12 @@ impl<S: Sim> SignalEnv<S> {
         let is_whole = self.programs.iter().all(Option::is_some)
             || sheets.iter().any(|sheet| sheet.cycle_s.is_some());
         let running = signals().zip(&self.programs).filter(|_| is_whole);
-        running.filter_map(kept).chain(sheets).collect()
+        let mut programs: Vec<SignalProgram> = running.filter_map(kept).chain(sheets).collect();
+        for (spec, greens_s) in self.specs.iter().zip(&self.retimed) {
+            let own = programs.iter_mut().filter(|program| program.signal == spec.id);
+            own.for_each(|program| program.greens_s.clone_from(greens_s));
+        }
+        programs
     }
 
     /// Returns the phases of the signals that run in two rings, in words, by signal.
@@ -658,6 +680,7 @@ impl<S: Sim> SignalEnv<S> {
             pedestrian_delay_s: people.delay_s(),
             queue_veh: self.queue_sum / f64::from(self.decisions.max(1)),
             max_queue_veh: self.queue_max,
+            rings: self.ring_greens.clone(),
             lane_flow_vph: self
                 .signals
                 .iter()
@@ -720,13 +743,9 @@ fn existing_cycle(
     plan: &ExistingPlan,
     scene: &Scene,
     signal: &SignalInfo,
-) -> Result<Option<Program>, SimError> {
-    if plan.control != Control::Pretimed {
-        return Ok(None);
-    }
-    let phases = fixed_cycle(plan, scene, signal)
-        .map_err(|reason| SimError::Signal { signal: signal.id.clone(), reason })?;
-    Ok(Some(fixed(phases)))
+) -> Result<Option<Program>, String> {
+    let is_fixed = plan.control == Control::Pretimed;
+    is_fixed.then(|| Ok(fixed(fixed_cycle(plan, scene, signal)?))).transpose()
 }
 
 /// Returns what the `i`-th signal shows: what it was made to show, or the state of the phase in which its program is; `None` for a

@@ -224,6 +224,17 @@ impl ExistingPlan {
         self.phases.push(phase);
     }
 
+    /// Returns the plan with other greens of its phases, seconds, and with the cycle that they make; none keeps its own.
+    pub fn retimed(&self, greens_s: &[f64]) -> Self {
+        let mut plan = self.clone();
+        let phases = plan.phases.iter_mut().zip(greens_s);
+        phases.for_each(|(phase, green_s)| phase.max_green_s = *green_s);
+        if self.control == Control::Pretimed && !greens_s.is_empty() {
+            plan.cycle_s = Some((plan.sum_s() * 10.0).round() / 10.0);
+        }
+        plan
+    }
+
     /// Returns the sides in order, each with the indices of its phases per ring in their order.
     pub fn sides(&self) -> Vec<[Vec<usize>; 2]> {
         let barriers: BTreeSet<u32> = self.phases.iter().map(|p| p.barrier).collect();

@@ -87,7 +87,8 @@ impl Trainer for Corridor {
             controller.begin(&self.signals)?.iter().filter_map(cycle).map(cycle_s).collect();
         assert!(cycles_s.windows(2).all(|pair| pair[0] == pair[1]), "one cycle: {cycles_s:?}");
         let delay_s = cycles_s.first().map_or(200.0, |cycle_s| 10.0 + (cycle_s - 35.0).abs());
-        Ok(EpisodeOutcome { delay_s, lane_flow_vph: vec![vec![500.0, 300.0, 100.0]; 3] })
+        let lane_flow_vph = vec![vec![500.0, 300.0, 100.0]; 3];
+        Ok(EpisodeOutcome { delay_s, lane_flow_vph, ..EpisodeOutcome::default() })
     }
 
     fn decisions_per_episode(&self) -> u32 {

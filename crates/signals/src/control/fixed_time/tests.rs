@@ -37,7 +37,7 @@ fn tuned(own: f64, simulations: u32) -> (FixedTime, u32) {
 #[test]
 fn the_search_finds_the_valley() {
     let (controller, _) = tuned(1000.0, 60);
-    let Plan::Cycle(greens) = &controller.plans[0] else { panic!("a cycle is better") };
+    let Drive::Cycle(greens) = &controller.plans[0] else { panic!("a cycle is better") };
     assert!((greens[0].1 - 30.0).abs() <= 2.0 && (greens[1].1 - 12.0).abs() <= 2.0, "{greens:?}");
 }
 
@@ -63,7 +63,8 @@ impl Trainer for Valleys {
         let drives = controller.begin(&signals)?;
         let delay = |(valley, drive): (&mut Valley, &Drive)| valley.delay_s(drive);
         let delay_s = self.0.iter_mut().zip(&drives).map(delay).sum();
-        Ok(EpisodeOutcome { delay_s, lane_flow_vph: vec![vec![400.0, 400.0]; signals.len()] })
+        let lane_flow_vph = vec![vec![400.0, 400.0]; signals.len()];
+        Ok(EpisodeOutcome { delay_s, lane_flow_vph, ..EpisodeOutcome::default() })
     }
 
     fn decisions_per_episode(&self) -> u32 {
@@ -79,7 +80,7 @@ fn several_signals_are_tuned_within_a_budget_that_grows_with_the_root_of_their_n
         let mut trainer = Valleys((0..signals).map(|_| valley(1000.0)).collect());
         let mut controller = FixedTime::new(CONSTANTS, simulations);
         controller.train(&mut trainer).unwrap();
-        assert!(controller.plans.iter().all(|p| *p != Plan::Own), "{:?}", controller.plans);
+        assert!(controller.plans.iter().all(|p| *p != Drive::OwnProgram), "{:?}", controller.plans);
         let used = trainer.0[0].episodes;
         assert!(used <= budget(simulations, signals), "{used} for {signals} signals");
         assert_eq!(controller.details()["simulations"], used.to_string());
@@ -87,7 +88,7 @@ fn several_signals_are_tuned_within_a_budget_that_grows_with_the_root_of_their_n
         let tuned: f64 = delays.iter().map(|drive| valley(0.0).delay_s(drive)).sum();
         let mut alone = FixedTime::new(CONSTANTS, 8);
         alone.train(&mut Valleys(vec![valley(1000.0)])).unwrap();
-        let webster = valley(0.0).delay_s(&alone.plans[0].drive());
+        let webster = valley(0.0).delay_s(&alone.plans[0]);
         assert!(tuned < 0.8 * webster * f64::from(signals), "{tuned}, {webster} each before");
     }
 }
@@ -97,7 +98,7 @@ fn a_signal_whose_own_program_is_best_keeps_it_among_others_that_are_tuned() {
     let mut trainer = Valleys(vec![valley(1000.0), valley(1.0), valley(1000.0)]);
     let mut controller = FixedTime::new(CONSTANTS, 24);
     controller.train(&mut trainer).unwrap();
-    let own: Vec<bool> = controller.plans.iter().map(|p| *p == Plan::Own).collect();
+    let own: Vec<bool> = controller.plans.iter().map(|p| *p == Drive::OwnProgram).collect();
     assert_eq!(own, [false, true, false]);
     assert_eq!(kept_start(&controller.details()), Some(false));
 }
@@ -106,8 +107,8 @@ fn a_signal_whose_own_program_is_best_keeps_it_among_others_that_are_tuned() {
 fn the_least_budget_tries_a_plan_and_fewer_simulations_are_refused() {
     let ranges = Config::default().ranges();
     let least = ranges.iter().find(|r| r.name == "simulations").unwrap().low as u32;
-    assert_ne!(tuned(1000.0, least).0.plans, [Plan::Own]);
-    assert_eq!(tuned(1000.0, least - 1).0.plans, [Plan::Own], "less has no effect");
+    assert_ne!(tuned(1000.0, least).0.plans, [Drive::OwnProgram]);
+    assert_eq!(tuned(1000.0, least - 1).0.plans, [Drive::OwnProgram], "less has no effect");
 }
 
 #[test]
@@ -136,6 +137,6 @@ fn an_own_program_beyond_the_limits_is_no_choice() {
         trainer.0[0].signal.limits.own_program = false;
         let mut controller = FixedTime::new(CONSTANTS, simulations);
         controller.train(&mut trainer).unwrap();
-        assert_ne!(controller.plans, [Plan::Own], "{simulations} simulations");
+        assert_ne!(controller.plans, [Drive::OwnProgram], "{simulations} simulations");
     }
 }

@@ -265,7 +265,7 @@ impl<'a> Wired<'a> {
 }
 
 /// Returns walk and clearance together, whole seconds.
-fn whole_s([walk_s, clearance_s]: [f64; 2]) -> u32 {
+pub(super) fn whole_s([walk_s, clearance_s]: [f64; 2]) -> u32 {
     beside(walk_s + clearance_s)[1]
 }
 
@@ -295,6 +295,7 @@ mod tests {
     use super::super::testing::{self, On, RED, SIDE, SIDE_ENDS, expected, settings, timing};
     use super::super::{DualRing, Seen};
     use super::*;
+    use crate::env::derive::derive;
     use crate::env::testing::crossing;
     use crate::existing::testing::{phase, plan};
     use crate::settings::SignalSettings;
@@ -391,6 +392,30 @@ mod tests {
         assert_eq!(least_s(true), [35, 35]);
         let [without, recalled] = least_s(false);
         assert!(without < 35 && recalled == 35, "{without} {recalled}");
+    }
+
+    #[test]
+    fn greens_to_choose_have_room_for_walks_and_smallest_splits_or_are_as_long_as_today() {
+        let (scene, mut plan) = (scene(), placed(Control::Coordinated));
+        (plan.phases[1].walk_s, plan.phases[2].walk_s) = (Some([7.0, 9.0]), Some([7.0, 30.0]));
+        plan.phases[0].min_split_s = Some(11.5);
+        let signal = &scene.signals[0];
+        let derived = derive(&scene, signal, &settings()).unwrap();
+        let greens = |plan: &ExistingPlan| {
+            DualRing::ring_greens(&scene, signal, &derived, Some(plan), &Config::default()).unwrap()
+        };
+        let found = greens(&plan);
+        assert_eq!(found.green_s, [8.0, 20.0, 20.0, 8.0, 20.0, 20.0]);
+        assert_eq!(found.least_s, [7.0, 16.0, 20.0, 5.0, 5.0, 5.0]);
+        assert_eq!((found.cycle_s, &found.change_s[..2]), (Some([61.5; 2]), &[4.5, 4.5][..]));
+        // Ring 2 waits at the barrier.
+        (plan.control, plan.phases[4].max_green_s) = (Control::Pretimed, 15.0);
+        let cycle_s = [derived.spec.limits.min_cycle_s.min(61.5), 150.0];
+        assert_eq!((greens(&plan).green_s[4], greens(&plan).cycle_s), (20.0, Some(cycle_s)));
+        plan.offset_s = Some(3.0);
+        assert_eq!(greens(&plan).cycle_s, Some([61.5; 2]));
+        plan.control = Control::Actuated;
+        assert_eq!(greens(&plan).cycle_s, None);
     }
 
     #[test]

@@ -36,6 +36,7 @@ mod coordination;
 mod existing;
 mod links;
 mod plan;
+mod retimed;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
@@ -140,15 +141,16 @@ pub struct DualRing {
 }
 
 impl DualRing {
-    /// Returns the control of a signal that is about to begin.
+    /// Returns the control of a signal that is about to begin, with other longest greens of its phases where some are given.
     pub fn new(
         scene: &Scene,
         signal: &SignalInfo,
         derived: &DerivedSignal,
         config: &Config,
+        greens_s: &[f64],
     ) -> Self {
         let (links, plan) = planned(scene, signal, derived, config);
-        Self::of(links, plan, derived.timing.clone())
+        Self::of(links, plan.with_longest(greens_s), derived.timing.clone())
     }
 
     /// Returns the control of a signal that is about to begin within a cycle, at a time in seconds; `None` where two rings cannot

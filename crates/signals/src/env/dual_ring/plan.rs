@@ -29,7 +29,7 @@ use osm_signals::angle::turn_degrees;
 use super::links::Links;
 use crate::control::dual_ring::{Config, Recall};
 use crate::junction::Set;
-use crate::timing::{Change, Timing};
+use crate::timing::{Change, Timing, nearest_s};
 
 /// Least share of an approach's links that are green where it is served.
 const SERVED: f64 = 0.5;
@@ -170,6 +170,25 @@ impl Plan {
         let plan = rings.map(|streets| Builder { links, timing, config }.rings(&streets));
         plan.filter(|plan| plan.is_sound(links))
             .unwrap_or_else(|| Builder { links, timing, config }.stages(own))
+    }
+
+    /// Returns the same phases with other longest greens, within their limits.
+    pub(super) fn with_longest(mut self, greens_s: &[f64]) -> Self {
+        for (phase, green_s) in self.phases.iter_mut().zip(greens_s) {
+            let least_s = phase.min_s.max(longest_s(&phase.crossings));
+            phase.max_s = within(nearest_s(*green_s), phase.limit_s, least_s);
+        }
+        for side in self.sides.iter().filter(|_| !greens_s.is_empty()) {
+            let last = side.iter().filter_map(|ring| ring.last());
+            let max_s = last.map(|p| self.phases[*p].max_s).min().unwrap_or_default();
+            let least_s = plan_min(&self.phases, side);
+            for p in side.iter().flat_map(|ring| &ring[..ring.len().saturating_sub(1)]) {
+                let phase = &mut self.phases[*p];
+                let room_s = max_s.saturating_sub(phase.change.total_s() + least_s);
+                phase.max_s = phase.max_s.min(room_s).max(phase.min_s);
+            }
+        }
+        self
     }
 
     /// Whether every link for cars has green and phases that may be green together fit.
@@ -336,7 +355,8 @@ impl Builder<'_> {
                 .collect();
             let state = links.plain(&own);
             let phase = self.phase(numbers[2 * ring], "left", own, &state, Vec::new());
-            let room_s = max_s.saturating_sub(phase.change.total_s() + plan_min(plan, &side));
+            let room_s =
+                max_s.saturating_sub(phase.change.total_s() + plan_min(&plan.phases, &side));
             let max_s = self.config.left_max_green_s.min(room_s).max(phase.min_s);
             plan.phases.push(Phase { detectors, max_s, limit_s, enters: false, ..phase });
             side[ring].insert(0, plan.phases.len() - 1);
@@ -410,13 +430,13 @@ fn within(wanted_s: u32, limit_s: Option<u32>, least_s: u32) -> u32 {
 }
 
 /// Returns the longest time of crosswalks, seconds.
-fn longest_s(crossings: &[(usize, u32)]) -> u32 {
+pub(super) fn longest_s(crossings: &[(usize, u32)]) -> u32 {
     crossings.iter().map(|crossing| crossing.1).max().unwrap_or(0)
 }
 
 /// Returns the shortest green of a side's through phases, with pedestrians.
-fn plan_min(plan: &Plan, side: &Side) -> u32 {
-    let last = side.iter().filter_map(|ring| ring.last()).map(|phase| &plan.phases[*phase]);
+fn plan_min(phases: &[Phase], side: &Side) -> u32 {
+    let last = side.iter().filter_map(|ring| ring.last()).map(|phase| &phases[*phase]);
     last.map(|phase| phase.min_s.max(longest_s(&phase.crossings))).max().unwrap_or(0)
 }
 
