@@ -152,7 +152,7 @@ fn every_shape_builds_and_is_sound() {
 }
 
 /// Every network of the embedded city, as point MDPs and as itself, under both presets: it can be built,
-/// both presets have the same greens, and an all-red is never longer than it has to be. Of the peak hour, whose
+/// both presets have the same greens where nothing is said of left turns and merging, and an all-red is never longer than it has to be. Of the peak hour, whose
 /// intersections are the same with other inflows, every eighth; of the intersections as themselves every third. At
 /// every change a twentieth of these.
 #[test]
@@ -164,7 +164,12 @@ fn the_whole_city_builds_under_both_presets_with_the_same_greens() {
         ("salt-lake-city", "per-approach", 3),
     ] {
         let greens = ["resco", "field"].map(|preset| {
-            let settings = [format!("preset={preset}"), format!("family.detail={detail}")];
+            let settings = [
+                format!("preset={preset}"),
+                format!("family.detail={detail}"),
+                "signal.left_turns=network".to_owned(),
+                "signal.no_merging_greens=false".to_owned(),
+            ];
             let settings: Vec<Override> = settings.iter().map(|s| s.parse().unwrap()).collect();
             let loaded = load::load_with(city, &settings).unwrap();
             let specs = intersections(&loaded).unwrap();
