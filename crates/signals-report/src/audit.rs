@@ -11,7 +11,9 @@
 //!
 //! Source: ITE (2020); MUTCD (2009), section 4E.06; Signal Timing Manual (2nd ed.), chapters 4 to 6; HCM (6th ed.), chapter 19.
 
-use basics::units::{FOOT_M, KMH_TO_MPH, SECONDS_PER_HOUR};
+use std::collections::BTreeSet;
+
+use basics::units::{FOOT_M, KMH_TO_MPH};
 use minijinja::{Value, context};
 use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
@@ -23,12 +25,12 @@ use super::shown::Seen;
 use evaluation::report::format;
 use evaluation::report::table::{Cell, Columns, Table};
 use signals::control::existing;
-use signals::existing::{Control, ExistingPlan, PlanPhase, schedule};
-use signals::movement_results::{MovementResult, Supply};
+use signals::existing::{Control, ExistingPlan, PlanPhase};
+use signals::movement_results::{MovementResult, supplied};
 use signals::places::{DrawnArm, DrawnIntersection};
 use signals::settings::SignalSettings;
 use signals::timing::{Change, Timing, WALK_S, WALKING_MPS};
-use signals::vocabulary::{Heading, Light};
+use signals::vocabulary::Heading;
 
 /// Name of the table in the report's folder.
 pub(crate) const TABLE: &str = "audit.csv";
@@ -120,14 +122,14 @@ impl<'a> Placed<'a> {
                 let what = format!("clearance, yellow and all-red over {over}");
                 add(what, clearance_s + change_s, length_m / WALKING_MPS, "MUTCD: 3.5 ft/s");
             }
-            let people = "split with walk, clearance, yellow and all-red";
-            let (what, least_s) = match walk_s + clearance_s > min_green_s {
-                true => (people, walk_s + clearance_s),
-                false => ("split with shortest green, yellow and all-red", min_green_s),
+            let (with, least_s) = match walk_s + clearance_s > min_green_s {
+                true => ("walk, clearance", walk_s + clearance_s),
+                false => ("shortest green", min_green_s),
             };
             if self.plan.control != Control::Actuated {
                 let source = "Signal Timing Manual, chapter 6";
-                add(what.to_owned(), phase.split_s(), least_s + change_s, source);
+                let what = format!("split with {with}, yellow and all-red");
+                add(what, phase.split_s(), least_s + change_s, source);
             }
             found.extend(phase.yielding.iter().filter_map(|name| self.unprotected(phase, name)));
         }
@@ -162,50 +164,6 @@ impl<'a> Placed<'a> {
                 || own_walk_s + 1.0 <= f64::from(walk_s)
         })
     }
-}
-
-/// Returns results with the greens of a plan, if each phase lasts its split, in place of those that were shown.
-fn supplied(plan: &ExistingPlan, results: &[MovementResult]) -> Vec<MovementResult> {
-    // Cabinets have tenths of seconds, schedules whole numbers.
-    let tenfold = |phase: &PlanPhase| PlanPhase {
-        max_green_s: 10.0 * phase.max_green_s,
-        yellow_s: 10.0 * phase.yellow_s,
-        all_red_s: 10.0 * phase.all_red_s,
-        ..phase.clone()
-    };
-    let phases = plan.phases.iter().map(tenfold).collect();
-    let (timed, cycle) = schedule(&ExistingPlan { phases, ..plan.clone() });
-    let is_green =
-        |p: usize, at: u32| (at + cycle - timed[p].begin_s % cycle) % cycle < timed[p].green_s;
-    let of = |m: &MovementResult| {
-        let way = (m.from.clone(), m.to.clone());
-        let has = |names: &[String]| {
-            names.iter().filter_map(|n| plan.ways.get(n)).any(|ways| ways.contains(&way))
-        };
-        let light = |phase: &PlanPhase| match has(&phase.movements) {
-            true => Light::Protected,
-            false if has(&phase.yielding) => Light::Permissive,
-            false => Light::Red,
-        };
-        let of_phases: Vec<Light> = plan.phases.iter().map(light).collect();
-        let shown = |at: u32| {
-            let green = (0..timed.len()).filter(|p| is_green(*p, at));
-            green.map(|p| of_phases[p]).max().unwrap_or(Light::Red)
-        };
-        let lights: Vec<Light> = (0..cycle).map(shown).collect();
-        let count = |of: &dyn Fn(usize) -> bool| (0..lights.len()).filter(|at| of(*at)).count();
-        let share = |of: Light| count(&|at| lights[at] == of) as f64 / f64::from(cycle);
-        let was_red = |at: usize| lights[(at + lights.len() - 1) % lights.len()] == Light::Red;
-        let greens = count(&|at| lights[at] != Light::Red && was_red(at)) as f64;
-        let supply = m.supply.as_ref().map(|supply| Supply {
-            protected_share: share(Light::Protected),
-            permissive_share: share(Light::Permissive),
-            greens_per_h: greens * 10.0 * SECONDS_PER_HOUR / f64::from(cycle),
-            ..supply.clone()
-        });
-        MovementResult { supply, ..m.clone() }
-    };
-    results.iter().map(of).collect()
 }
 
 /// Returns the ratio of volume to capacity of every lane group, with its movements.
@@ -255,14 +213,16 @@ fn each<T>(seen: Seen<'_>, of: impl Fn(usize, &Placed<'_>, &SignalSettings) -> T
     (0..seen.data.points.len()).filter_map(at).collect()
 }
 
-/// Returns what is wrong with the plans of today, by point MDP, with those that have nothing.
-fn all(seen: Seen<'_>) -> Vec<(usize, Vec<Finding>)> {
+/// Returns what is wrong with the plans of today, with the point MDP.
+fn all(seen: Seen<'_>) -> Vec<(usize, Finding)> {
     let methods = &seen.data.manifest.identity.methods;
     let method = methods.iter().position(|m| m == existing::METHOD.name);
-    each(seen, |point, placed, _| {
+    let of = |point: usize, placed: &Placed<'_>, _: &SignalSettings| {
         let ratios = method.map(|method| ratios(seen, point, method)).unwrap_or_default();
-        (point, placed.findings().into_iter().chain(overloaded(ratios)).collect())
-    })
+        let found = placed.findings().into_iter().chain(overloaded(ratios));
+        found.map(|found| (point, found)).collect::<Vec<_>>()
+    };
+    each(seen, of).into_iter().flatten().collect()
 }
 
 /// Returns the table of findings on plans of today.
@@ -270,10 +230,7 @@ fn rows(seen: Seen<'_>, found: Vec<(usize, Finding)>) -> Table {
     let Seen { data, shown } = seen;
     let row = |point: usize| &data.points[point].row;
     let cell = |value: f64, unit: &str| {
-        Cell::number(value, |v| match unit {
-            "s" => format!("{v:.1} s"),
-            _ => format!("{} {unit}", format::score(v)).trim_end().to_owned(),
-        })
+        Cell::number(value, |v| format!("{} {unit}", format::score(v)).trim_end().to_owned())
     };
     Columns::new()
         .text("point", "", move |(point, _): &(usize, Finding)| row(*point).point.clone())
@@ -286,21 +243,15 @@ fn rows(seen: Seen<'_>, found: Vec<(usize, Finding)>) -> Table {
         .table(found)
 }
 
-fn flat(all: Vec<(usize, Vec<Finding>)>) -> Vec<(usize, Finding)> {
-    let of = |(point, found): (usize, Vec<Finding>)| found.into_iter().map(move |f| (point, f));
-    all.into_iter().flat_map(of).collect()
-}
-
 /// Returns the table.
 pub(crate) fn table(seen: Seen<'_>) -> String {
-    rows(seen, flat(all(seen))).csv()
+    rows(seen, all(seen)).csv()
 }
 
 /// Returns the section; undefined where no plan of today is known.
 pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
-    let all = all(seen);
-    let (plans, wrong) = (all.len(), all.iter().filter(|(_, found)| !found.is_empty()).count());
-    let mut found = flat(all);
+    let (mut found, plans) = (all(seen), shorter(seen).1);
+    let wrong = found.iter().map(|(point, _)| point).collect::<BTreeSet<_>>().len();
     let count = found.len();
     found.truncate(ROWS);
     let table = rows(seen, found).html("What is shorter, or more, than required.");
@@ -316,6 +267,7 @@ pub(crate) fn shorter(seen: Seen<'_>) -> (usize, usize) {
 #[cfg(test)]
 mod tests {
     use osm_signals::DrivingSide;
+    use signals::movement_results::Supply;
 
     use super::*;
 

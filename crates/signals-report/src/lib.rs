@@ -20,6 +20,7 @@ mod periods;
 pub mod plans;
 pub mod quality;
 mod remarks;
+mod savings;
 mod sections;
 mod shown;
 mod sketch;

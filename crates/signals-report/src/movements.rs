@@ -16,7 +16,6 @@ use super::level_of_service::letter;
 use super::shown::{OfTask, Seen};
 use basics::units::FOOT_M;
 use evaluation::analysis::Analysis;
-use evaluation::report::format;
 use evaluation::report::table::{Cell, Columns};
 use signals::movement_results::MovementResult;
 use signals::places::DrawnIntersection;
@@ -183,7 +182,6 @@ pub(crate) fn point(seen: Seen<'_>, point: usize, page: Option<&str>) -> Option<
         rows,
         page,
         in_feet,
-        weight => format::percent(data.points[point].weight),
     })
 }
 

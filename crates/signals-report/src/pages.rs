@@ -11,60 +11,28 @@ use std::path::Path;
 use minijinja::{Value, context};
 
 use super::answers::{delay_on_foot, is_coordinated, today};
-use super::demand::{HOUR_S, horizon_s};
-use super::level_of_service::{DELAY, letter};
+use super::level_of_service::letter;
 use super::movements;
 use super::plans::cabinet::{hides_walk, in_order, of_plan, phases, rings, seconds, simulated};
 use super::plans::remove_earlier;
 use super::plans::told::{Told, best, renamed};
+use super::savings::{
+    FOLDER, MOST_PAGES, Page, by_seed, hours, hours_in_words, intersections, interval, per, savings,
+};
 use super::shown::{OfTask, Seen};
 use super::sketch::sketch;
 use basics::files::{FileError, write_atomically};
 use evaluation::analysis::Analysis;
 use evaluation::report::page::render;
 use evaluation::report::{ReportError, format};
-use evaluation::stats::mean_interval;
 use evaluation::stats::score::mean;
 use signals::existing::ExistingPlan;
-use signals::family::load::id_of_intersection;
 use signals::movement_results::MovementResult;
 use signals::places::DrawnIntersection;
 
-/// Name of the folder within the report.
-pub(super) const FOLDER: &str = "intersections";
-
-/// Most intersections with a page each.
-const MOST_PAGES: usize = 500;
-
-/// An intersection with the positions of its point MDPs, one per period.
-struct Page<'a> {
-    name: String,
-    periods: Vec<(usize, &'a DrawnIntersection)>,
-}
-
 /// Returns the intersections that have a page.
 fn pages(seen: Seen<'_>) -> Vec<Page<'_>> {
-    let Seen { data, shown } = seen;
-    let mut pages: Vec<(&str, Page<'_>)> = Vec::new();
-    if data.manifest.identity.objective != DELAY {
-        return Vec::new();
-    }
-    for drawn in &shown.places.drawings {
-        let Some(point) = data.position(&drawn.point) else { continue };
-        let own = pages.iter_mut().find(|(id, _)| *id == drawn.intersection);
-        match own.filter(|_| !drawn.period.is_empty()) {
-            Some((_, page)) => page.periods.push((point, drawn)),
-            None => {
-                let stem = match drawn.period.as_str() {
-                    "" => drawn.point.clone(),
-                    _ => id_of_intersection(&drawn.intersection),
-                };
-                let page = Page { name: format!("{stem}.html"), periods: vec![(point, drawn)] };
-                pages.push((&drawn.intersection, page));
-            }
-        }
-    }
-    if pages.len() > MOST_PAGES { Vec::new() } else { pages.into_iter().map(|p| p.1).collect() }
+    Some(intersections(seen)).filter(|all| all.len() <= MOST_PAGES).unwrap_or_default()
 }
 
 /// Returns the page of each point MDP that has one, as seen from the folder of the report.
@@ -86,9 +54,15 @@ pub(super) fn write(folder: &Path, seen: Seen<'_>) -> Result<(), ReportError> {
         return Ok(());
     }
     fs::create_dir_all(&own).map_err(FileError::at("create", &own))?;
-    let plans = best(seen);
+    let (plans, savings, per) = (best(seen), savings(seen, &pages), per(seen.data, &pages));
     for page in &pages {
-        let values = values(seen, page, &plans);
+        let saving = savings.iter().find(|saving| std::ptr::eq(saving.page, page));
+        let saved = saving.map(|own| {
+            let [method, against] =
+                [own.method, own.against].map(|m| seen.data.manifest.identity.methods[m].clone());
+            context! { hours => hours_in_words(&own.saved_h), stays => method == against, method, against, per => per.as_str() }
+        });
+        let values = values(seen, page, &plans, saved);
         let template = include_str!("templates/intersection_page.html");
         let html = render("intersection_page.html", template, values);
         let html = html.map_err(ReportError::Template)?;
@@ -114,14 +88,13 @@ fn compared(seen: Seen<'_>, (point, drawn): &(usize, &DrawnIntersection)) -> Opt
     let name = today(data).unwrap_or(&identity.baseline);
     let reference = identity.methods.iter().position(|m| m == name)?;
     let winner = data.winners[*point].as_ref();
-    let hours = identity.settings.pointer("/family/periods").and_then(|all| all.get(&drawn.period));
     Some(Compared {
         point: *point,
         period: drawn.period.clone(),
         reference,
         best: winner.map(|w| w.best),
         runner_up: winner.and_then(|w| w.runner_up),
-        hours: hours.and_then(serde_json::Value::as_f64),
+        hours: hours(data, drawn),
     })
 }
 
@@ -139,32 +112,6 @@ fn stops(seen: Seen<'_>, point: usize, method: usize) -> Option<f64> {
     mean(&own.map(|task| of_task(&task.results)).collect::<Option<Vec<_>>>()?)
 }
 
-/// Returns what a method costs in a year: vehicle-hours of delay, and stops where they were recorded. `None` where the scenario
-/// does not say how many hours of the year are like the simulated one.
-fn yearly(seen: Seen<'_>, c: &Compared, method: usize) -> Option<(f64, Option<f64>)> {
-    let Seen { data, .. } = seen;
-    let result = data.points[c.point].results[method].as_ref()?;
-    let horizon_s = horizon_s(&data.manifest.identity)?;
-    let vehicles = result.metrics.get("vehicles_veh")? * HOUR_S / horizon_s * c.hours?;
-    let stops = stops(seen, c.point, method).map(|stops| stops * vehicles);
-    Some((vehicles * result.objective / HOUR_S, stops))
-}
-
-/// Returns the mean of values and half the width of its interval; no width for a single one.
-fn interval(values: &[f64]) -> Option<(f64, Option<f64>)> {
-    let (middle, low, high) = mean_interval(values)?;
-    Some((middle, (values.len() > 1).then_some((high - low) / 2.0)))
-}
-
-/// Returns the delay of a method by evaluation seed, over its trainings.
-fn by_seed(data: &Analysis, point: usize, method: usize) -> Option<Vec<f64>> {
-    let all = &data.points[point].results[method].as_ref()?.objectives.as_ref()?.method;
-    let seeds = all.first()?.len();
-    (0..seeds)
-        .map(|s| mean(&all.iter().filter_map(|r| r.get(s).copied()).collect::<Vec<_>>()))
-        .collect()
-}
-
 /// Returns the change of delay from the reference to another method, with the same evaluation seeds.
 fn change(data: &Analysis, c: &Compared, method: usize) -> Option<(f64, Option<f64>)> {
     let own = by_seed(data, c.point, method).filter(|_| method != c.reference)?;
@@ -172,24 +119,10 @@ fn change(data: &Analysis, c: &Compared, method: usize) -> Option<(f64, Option<f
     interval(&own.iter().zip(&other).map(|(a, b)| a - b).collect::<Vec<_>>())
 }
 
-/// Whether a change may be chance: its interval contains 0, or has no known width.
-fn may_be_chance((middle, half): (f64, Option<f64>)) -> bool {
-    half.is_none_or(|half| middle.abs() <= half)
-}
-
 /// Says a number with half the width of its interval.
 fn with_width((middle, half): (f64, Option<f64>), sign: bool) -> String {
     let middle = if sign { format!("{middle:+.1}") } else { format!("{middle:.1}") };
     half.map_or(middle.clone(), |half| format!("{middle} \u{b1} {half:.1}"))
-}
-
-/// Says a number of a year; a dash where it is not known.
-fn number(value: Option<f64>) -> String {
-    match value {
-        None => "-".to_owned(),
-        Some(value) if value <= -0.5 => format!("\u{2212}{}", format::thousands(-value)),
-        Some(value) => format::thousands(value.max(0.0)),
-    }
 }
 
 /// Says the delay at the crosswalk of each approach, over all trainings, such as `NB 14, EB 42`; nothing where people on foot do
@@ -216,16 +149,13 @@ fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
     let delay = with_width(delay.unwrap_or((result.objective, None)), false);
     let winner = data.winners[c.point].as_ref().filter(|_| c.best == Some(method));
     let probability = winner.and_then(|w| w.probability).map(format::percent);
-    let is_today = today(data).is_some();
+    let own = if today(data).is_some() { "today" } else { "baseline" };
     let role = match (method == c.reference, c.best == Some(method)) {
-        (true, true) if is_today => "today, and best",
-        (true, true) => "baseline, and best",
-        (true, false) if is_today => "today",
-        (true, false) => "baseline",
-        (false, true) => "best",
-        _ => "runner-up",
+        (true, true) => format!("{own}, and best"),
+        (true, false) => own.to_owned(),
+        (false, true) => "best".to_owned(),
+        _ => "runner-up".to_owned(),
     };
-    let year = yearly(seen, c, method);
     Some(context! {
         role,
         method => identity.methods[method].clone(),
@@ -236,8 +166,6 @@ fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
         change => change(data, c, method).map(|change| with_width(change, true)),
         probability,
         stops => stops(seen, c.point, method).map(|stops| format!("{stops:.2}")),
-        hours => number(year.map(|y| y.0)),
-        yearly_stops => number(year.and_then(|y| y.1)),
     })
 }
 
@@ -298,15 +226,13 @@ fn phases_of_arms(
 }
 
 /// Returns what a page shows.
-fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
-    let Seen { data, shown } = seen;
+fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told], saved: Option<Value>) -> Value {
+    let data = seen.data;
     let identity = &data.manifest.identity;
     let all: Vec<(Compared, &DrawnIntersection)> =
         page.periods.iter().filter_map(|p| Some((compared(seen, p)?, p.1))).collect();
     let (first, drawn) = (page.periods[0].0, page.periods[0].1);
-    let title = shown.title(&data.points[first].row);
-    let of_period = format!(", {}", drawn.period);
-    let title = title.strip_suffix(&of_period).unwrap_or(&title).to_owned();
+    let title = page.title(seen);
     // The best method of those that a cabinet can be told.
     let proposed = |c: &Compared| {
         let delay = |told: &&Told| {
@@ -319,8 +245,6 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
     };
     let said = all.first().and_then(|(c, _)| Some(phases_of_arms(seen, c, drawn, proposed(c)?)));
     let said = said.unwrap_or_else(|| vec![String::new(); drawn.arms.len()]);
-    let mut saved: Option<(f64, Option<f64>)> = None;
-    let mut is_whole = true;
     let periods: Vec<Value> = all
         .iter()
         .map(|(c, _)| {
@@ -332,16 +256,6 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
             }
             let rows: Vec<Value> =
                 methods.iter().filter_map(|method| row(seen, c, *method)).collect();
-            let ends = c.best.and_then(|best| yearly(seen, c, best));
-            match yearly(seen, c, c.reference).zip(ends) {
-                Some((before, after)) => {
-                    let (hours, stops) = saved.unwrap_or((0.0, Some(0.0)));
-                    let own = before.1.zip(after.1).map(|(before, after)| before - after);
-                    let stops = stops.zip(own).map(|(sum, own)| sum + own);
-                    saved = Some((hours + before.0 - after.0, stops));
-                }
-                None => is_whole = false,
-            }
             let own =
                 |method: usize| plans.iter().find(|t| (t.point, t.method) == (c.point, method));
             let mut shown_plans: Vec<&Told> = own(c.reference).into_iter().collect();
@@ -358,14 +272,8 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
             }
         })
         .collect();
-    let is_open = |c: &Compared| {
-        let best = c.best.filter(|best| *best != c.reference);
-        best.is_some_and(|best| change(data, c, best).is_none_or(may_be_chance))
-    };
     let today_is_coordinated =
         |c: &Compared| is_coordinated(&identity.points[c.point], &identity.methods[c.reference]);
-    let open = all.iter().map(|(c, _)| c).filter(|c| is_open(c));
-    let open: Vec<&str> = open.map(|c| c.period.as_str()).collect();
     let point = data.points[first].row.point.as_str();
     let sketch = sketch(drawn, &title, &said);
     context! {
@@ -376,39 +284,11 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
         has_phases => said.iter().any(|text| !text.is_empty()),
         periods,
         is_today => today(data).is_some(),
-        unchanged => all.iter().all(|(c, _)| c.best == Some(c.reference)),
         is_coordinated => all.iter().any(|(c, _)| today_is_coordinated(c)),
-        may_be_chance => !open.is_empty(),
-        open => open.join(", "),
-        saved => saved.filter(|_| is_whole).map(|saved| context! {
-            hours => number(Some(saved.0)),
-            stops => number(saved.1),
-        }),
+        saved,
         seeds => format::count(identity.evaluation_seeds.len(), "evaluation seed"),
         has_sheet => plans.iter().any(|told| told.point == first),
         simulator => identity.simulator.as_str(),
         version => identity.tsc_family.as_str(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_interval_is_student_s_and_a_single_seed_has_none() {
-        assert_eq!(interval(&[3.0]), Some((3.0, None)));
-        // A standard deviation of 1, an error of 1 / sqrt(3), Student's quantile for 2 degrees of freedom.
-        let (middle, half) = interval(&[1.0, 2.0, 3.0]).unwrap();
-        let expected = 4.302_652_73 / 3.0_f64.sqrt();
-        assert!((middle - 2.0).abs() < 1e-12 && (half.unwrap() - expected).abs() < 1e-7);
-        assert_eq!(interval(&[]), None);
-        assert_eq!(with_width((-2.0, Some(0.5)), true), "-2.0 \u{b1} 0.5");
-    }
-
-    #[test]
-    fn a_change_within_its_interval_or_of_a_single_seed_may_be_chance() {
-        assert!(may_be_chance((-12.7, Some(17.2))) && may_be_chance((-12.7, None)));
-        assert!(!may_be_chance((-12.7, Some(3.0))) && !may_be_chance((12.7, Some(3.0))));
     }
 }

@@ -9,121 +9,61 @@ use minijinja::{Value, context};
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::letter;
 use super::shown::Seen;
-use evaluation::analysis::Analysis;
-use evaluation::report::csv;
+use evaluation::report::format;
+use evaluation::report::table::{Cell, Columns, Table};
 
 /// Name of the table in the report's folder.
 pub(crate) const TABLE: &str = "periods.csv";
 
-const HEADER: [&str; 7] = [
-    "period", "hours_per_year", "method", "intersections", "vehicles_vph", "delay_s",
-    "vehicle_hours_per_year",
-];
-
-/// A period of the day.
-#[derive(Debug, Clone, PartialEq)]
-struct Period {
-    name: String,
-    hours: f64,
-    /// Positions of its point MDPs.
-    points: Vec<usize>,
-}
-
-/// What a method achieved in a period: sums over its intersections.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Achieved {
-    vehicles: f64,
-    delay_s: f64,
-}
-
-/// Returns the periods of a run with their point MDPs; nothing where the scenario does not say their hours.
-fn periods(Seen { data, shown }: Seen<'_>) -> Vec<Period> {
+/// Returns a row per period and method that has a result on each of its intersections; none where the scenario does not say the
+/// hours of its periods.
+fn rows(Seen { data, shown }: Seen<'_>) -> Table {
     let identity = &data.manifest.identity;
-    let hours = identity.settings.pointer("/family/periods").and_then(serde_json::Value::as_object);
-    let of = |(name, hours): (&String, &serde_json::Value)| {
+    let horizon_h = horizon_s(identity).map(|s| s / HOUR_S);
+    let periods =
+        identity.settings.pointer("/family/periods").and_then(serde_json::Value::as_object);
+    let mut rows: Vec<(&String, f64, &String, usize, [f64; 2])> = Vec::new();
+    for (name, hours) in periods.into_iter().flatten() {
         let own = shown.places.drawings.iter().filter(|drawn| drawn.period == *name);
-        let points = own.filter_map(|drawn| data.position(&drawn.point)).collect();
-        Some(Period { name: name.clone(), hours: hours.as_f64()?, points })
-    };
-    let all: Vec<Period> = hours.into_iter().flatten().filter_map(of).collect();
-    all.into_iter().filter(|period| !period.points.is_empty()).collect()
-}
-
-/// Returns what a method achieved in a period; `None` without a result on each of its intersections.
-fn achieved(data: &Analysis, period: &Period, method: usize) -> Option<Achieved> {
-    let mut sum = Achieved { vehicles: 0.0, delay_s: 0.0 };
-    for point in &period.points {
-        let result = data.points[*point].results[method].as_ref()?;
-        let vehicles = result.metrics.get("vehicles_veh")?;
-        sum.vehicles += vehicles;
-        sum.delay_s += vehicles * result.objective;
+        let points: Vec<usize> = own.filter_map(|drawn| data.position(&drawn.point)).collect();
+        for (index, method) in identity.methods.iter().enumerate() {
+            let of = |point: &usize| {
+                let result = data.points[*point].results[index].as_ref()?;
+                let vehicles = *result.metrics.get("vehicles_veh")?;
+                Some([vehicles, vehicles * result.objective])
+            };
+            let all = points.iter().map(of).collect::<Option<Vec<_>>>().unwrap_or_default();
+            let sums = [0, 1].map(|i| all.iter().map(|own| own[i]).sum::<f64>());
+            if let Some(hours) = hours.as_f64().filter(|_| sums[0] > 0.0) {
+                rows.push((name, hours, method, points.len(), sums));
+            }
+        }
     }
-    (sum.vehicles > 0.0).then_some(sum)
-}
-
-/// Returns the vehicle-hours of a year.
-fn per_year(data: &Analysis, period: &Period, achieved: &Achieved) -> Option<f64> {
-    let times = HOUR_S / horizon_s(&data.manifest.identity)? * period.hours;
-    Some(achieved.delay_s / HOUR_S * times)
-}
-
-/// Whether there is anything to say of periods.
-pub(crate) fn are_known(seen: Seen<'_>) -> bool {
-    !periods(seen).is_empty()
+    let delay = |s: f64| format!("{s:.1} {}", letter(s));
+    Columns::new()
+        .text("period", "Period", |r: &(&String, f64, &String, usize, [f64; 2])| r.0.clone())
+        .column("hours_per_year", "Hours per year", |r| Cell::exact(r.1))
+        .text("method", "Method", |r| r.2.clone())
+        .column("intersections", "Intersections", |r| Cell::count(r.3))
+        .file("vehicles_vph", move |r| Cell::exact(r.4[0] / horizon_h.unwrap_or(1.0)))
+        .column("delay_s", "Delay, s per vehicle, and level", move |r| {
+            Cell::number(r.4[1] / r.4[0], delay)
+        })
+        .column("vehicle_hours_per_year", "Delay, vehicle-hours per year", move |r| {
+            let hours = |horizon_h: f64| r.4[1] / HOUR_S * (1.0 / horizon_h * r.1);
+            Cell::number(horizon_h.map(hours), format::thousands)
+        })
+        .table(rows)
 }
 
 /// Returns the table.
 pub(crate) fn table(seen: Seen<'_>) -> String {
-    let data = seen.data;
-    let identity = &data.manifest.identity;
-    let mut rows = Vec::new();
-    let horizon_h = horizon_s(identity).unwrap_or(HOUR_S) / HOUR_S;
-    for period in periods(seen) {
-        for (index, method) in identity.methods.iter().enumerate() {
-            let Some(sum) = achieved(data, &period, index) else { continue };
-            let year = per_year(data, &period, &sum).map_or_else(String::new, |h| h.to_string());
-            rows.push(vec![
-                period.name.clone(),
-                period.hours.to_string(),
-                method.clone(),
-                period.points.len().to_string(),
-                (sum.vehicles / horizon_h).to_string(),
-                (sum.delay_s / sum.vehicles).to_string(),
-                year,
-            ]);
-        }
-    }
-    csv::table(&HEADER, rows.into_iter())
+    rows(seen).csv()
 }
 
 /// Returns the section on periods; undefined where their hours are not known.
 pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
-    let data = seen.data;
-    if !are_known(seen) {
-        return None;
-    }
-    let all = periods(seen);
-    let is_whole = all.iter().map(|period| period.points.len()).sum::<usize>() == data.points.len();
-    let heads: Vec<Value> = (all.iter())
-        .map(|p| context! { name => p.name.as_str(), hours => p.hours.to_string(), points => p.points.len() })
-        .collect();
-    let row = |method: &evaluation::analysis::MethodSummary| {
-        let sums: Vec<Option<Achieved>> =
-            all.iter().map(|p| achieved(data, p, method.index)).collect();
-        let year = |(p, sum): (&Period, &Option<Achieved>)| per_year(data, p, sum.as_ref()?);
-        let total: Option<f64> = all.iter().zip(&sums).map(year).sum();
-        let total = total.filter(|_| is_whole);
-        let cells = all.iter().zip(&sums).map(|(p, sum)| {
-            let delay_s = sum.map(|sum| sum.delay_s / sum.vehicles);
-            context! {
-                delay => delay_s.map(|s| format!("{s:.1}")),
-                level => delay_s.map(|s| letter(s).to_string()),
-                hours => year((p, sum)).map(|h| format!("{h:.0}")),
-            }
-        });
-        let label = method.method.clone();
-        context! { label, cells => cells.collect::<Vec<_>>(), total => total.map(|h| format!("{h:.0}")) }
-    };
-    let rows: Vec<Value> = data.methods.iter().filter(|m| m.points > 0).map(row).collect();
-    Some(context! { heads, rows })
+    let caption = "Delay in each period, and in a year, at the evaluated intersections.";
+    let rows = rows(seen);
+    (!rows.is_empty()).then(|| context! { table => rows.html(caption) })
 }

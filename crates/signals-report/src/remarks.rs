@@ -96,7 +96,8 @@ fn limits(data: &Analysis) -> Option<String> {
 fn unfinished(data: &Analysis) -> Option<String> {
     let shares: Vec<String> = (data.methods.iter())
         .filter_map(|m| {
-            Some(format!("{} {}", HtmlEscape(&m.method), share(m.episodes.shares[UNFINISHED]?)))
+            let percent = 100.0 * m.episodes.shares[UNFINISHED]?;
+            Some(format!("{} {percent:.1}%", HtmlEscape(&m.method)))
         })
         .collect();
     if shares.is_empty() {
@@ -113,8 +114,4 @@ fn unfinished(data: &Analysis) -> Option<String> {
          importance: {}.",
         shares.join(", ")
     ))
-}
-
-fn share(share: f64) -> String {
-    format!("{:.1}%", 100.0 * share)
 }

@@ -10,17 +10,17 @@ use super::corridors;
 use super::happened::happened;
 use super::intersections::{geojson, spots, table};
 use super::level_of_service::{LEVELS, letter, range};
-use super::levels::{level_shares, levels};
+use super::levels::levels;
 use super::map;
 use super::measures::TrafficMeasures;
 use super::movements;
 use super::periods;
 use super::plans;
 use super::remarks::{overloaded_of, says};
+use super::savings;
 use super::shown::{Seen, Shown};
 use basics::files::write_atomically;
 use evaluation::analysis::{Analysis, LOSS, Measures, PointResult, RETURN, TaskScore};
-use evaluation::report::figures::label;
 use evaluation::report::page::render;
 use evaluation::report::{
     About, Figure, Look, Metric, Part, ReportError, Sections, Slot, Spot, Table, Words, Written,
@@ -73,10 +73,11 @@ impl TrafficSections {
     fn further(&self, data: &Analysis) -> Vec<(&'static str, TableText)> {
         let Shown { movements, streets, .. } = &self.shown;
         let placed = self.shown.is_placed();
-        let all: [(bool, &str, TableText); 7] = [
+        let all: [(bool, &str, TableText); 8] = [
             (true, plans::cabinet::TABLE, plans::cabinet::table),
+            (savings::values(self.seen(data)).is_some(), savings::TABLE, savings::table),
             (audit::shorter(self.seen(data)).1 > 0, audit::TABLE, audit::table),
-            (periods::are_known(self.seen(data)), periods::TABLE, periods::table),
+            (periods::values(self.seen(data)).is_some(), periods::TABLE, periods::table),
             (!movements.is_empty(), movements::TABLE, movements::table),
             (!streets.is_empty(), corridors::TABLE, corridors::table),
             (placed, INTERSECTIONS, |seen| table(seen).csv()),
@@ -236,7 +237,7 @@ impl Sections for TrafficSections {
             .collect();
         let seen = self.seen(data);
         let service = figure("level-of-service").map(|levels| {
-            context! { levels, level_heads => level_heads.clone(), methods => level_rows(data) }
+            context! { levels }
         });
         let map = figure("map").zip(data.best()).map(|(map, best)| {
             context! {
@@ -248,23 +249,26 @@ impl Sections for TrafficSections {
                 has_pages => !super::pages::links(seen).is_empty(),
             }
         });
-        let plans =
-            plans::values(seen).map(|plans| context! { plans, chosen => data.points.len() });
         let streets = corridors::values(seen, figure("time-space"));
         let note = (!self.measures.several_signals).then(|| context! { level_heads });
         let all = [
+            section!("savings", "signals", "Signals", savings::values(seen)),
             section!("service", "service", "Level of service", service),
             section!("map", "places", "Map", map),
             section!("audit", "audit", "Audit of existing plans", audit::values(seen)),
             section!("periods", "periods", "Periods of the day", periods::values(seen)),
             section!("movements", "movements", "Movements", movements::values(seen)),
             section!("corridors", "corridors", "Streets of several signals", streets),
-            section!("plans", "plans", "Signal plans", plans),
+            section!("plans", "plans", "Signal plans", plans::values(seen)),
             section!("cabinet", "cabinet", "For the cabinet", plans::cabinet::values(seen)),
             section!("level_note", "level-note", "", note),
         ];
         let known = all.into_iter().filter_map(|(id, title, template, values)| {
-            let slot = if id == "level-note" { Slot::Notes } else { Slot::Body };
+            let slot = match id {
+                "signals" => Slot::First,
+                "level-note" => Slot::Notes,
+                _ => Slot::Body,
+            };
             let html = render("part.html", template, values?).map_err(ReportError::Template);
             Some(html.map(|html| Part { slot, id, title, html }))
         });
@@ -288,13 +292,4 @@ impl Sections for TrafficSections {
         }
         Ok(written)
     }
-}
-
-/// Returns the methods with the share of the family at each level.
-fn level_rows(data: &Analysis) -> Vec<Value> {
-    let row = |m| {
-        let levels = level_shares(data, m).map(format::percent).to_vec();
-        context! { label => label(data, m), levels }
-    };
-    data.methods.iter().filter(|m| m.points > 0).map(row).collect()
 }

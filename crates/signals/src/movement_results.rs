@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::env::by_movement::MovementTotals;
+use super::existing::{ExistingPlan, PlanPhase, schedule};
+use super::vocabulary::Light;
 use basics::units::SECONDS_PER_HOUR;
 
 /// Queues whose percentiles are kept.
@@ -117,6 +119,50 @@ fn supply(t: &MovementTotals) -> Option<Supply> {
         permissive_share: share(t.lights.permissive_s),
         greens_per_h: share(t.lights.greens) * SECONDS_PER_HOUR,
     })
+}
+
+/// Returns results with the greens of a plan, if each phase lasts its split, in place of those that were shown.
+pub fn supplied(plan: &ExistingPlan, results: &[MovementResult]) -> Vec<MovementResult> {
+    // Cabinets have tenths of seconds, schedules whole numbers.
+    let tenfold = |phase: &PlanPhase| PlanPhase {
+        max_green_s: 10.0 * phase.max_green_s,
+        yellow_s: 10.0 * phase.yellow_s,
+        all_red_s: 10.0 * phase.all_red_s,
+        ..phase.clone()
+    };
+    let phases = plan.phases.iter().map(tenfold).collect();
+    let (timed, cycle) = schedule(&ExistingPlan { phases, ..plan.clone() });
+    let is_green =
+        |p: usize, at: u32| (at + cycle - timed[p].begin_s % cycle) % cycle < timed[p].green_s;
+    let of = |m: &MovementResult| {
+        let way = (m.from.clone(), m.to.clone());
+        let has = |names: &[String]| {
+            names.iter().filter_map(|n| plan.ways.get(n)).any(|ways| ways.contains(&way))
+        };
+        let light = |phase: &PlanPhase| match has(&phase.movements) {
+            true => Light::Protected,
+            false if has(&phase.yielding) => Light::Permissive,
+            false => Light::Red,
+        };
+        let of_phases: Vec<Light> = plan.phases.iter().map(light).collect();
+        let shown = |at: u32| {
+            let green = (0..timed.len()).filter(|p| is_green(*p, at));
+            green.map(|p| of_phases[p]).max().unwrap_or(Light::Red)
+        };
+        let lights: Vec<Light> = (0..cycle).map(shown).collect();
+        let count = |of: &dyn Fn(usize) -> bool| (0..lights.len()).filter(|at| of(*at)).count();
+        let share = |of: Light| count(&|at| lights[at] == of) as f64 / f64::from(cycle);
+        let was_red = |at: usize| lights[(at + lights.len() - 1) % lights.len()] == Light::Red;
+        let greens = count(&|at| lights[at] != Light::Red && was_red(at)) as f64;
+        let supply = m.supply.as_ref().map(|supply| Supply {
+            protected_share: share(Light::Protected),
+            permissive_share: share(Light::Permissive),
+            greens_per_h: greens * 10.0 * SECONDS_PER_HOUR / f64::from(cycle),
+            ..supply.clone()
+        });
+        MovementResult { supply, ..m.clone() }
+    };
+    results.iter().map(of).collect()
 }
 
 /// Returns the least value that a share of the values does not exceed; 0 of nothing.

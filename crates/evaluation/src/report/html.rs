@@ -139,6 +139,7 @@ fn said(data: &Report, parts: &[Part]) -> Value {
             spread => says(About::ApplySpread),
             training => says(About::ApplyTraining),
         },
+        first => of(Slot::First),
         body => of(Slot::Body),
         notes => of(Slot::Notes),
     }

@@ -89,6 +89,8 @@ pub struct Metric {
 /// Where a part of the page stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Slot {
+    /// First, before the ranking.
+    First,
     /// Among the sections, before the table of everything.
     Body,
     /// Among the notes.
