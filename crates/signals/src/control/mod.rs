@@ -149,6 +149,8 @@ pub struct Limits {
     pub max_cycle_s: f64,
     /// Whether the greens and changes of the network's own program keep to these limits.
     pub own_program: bool,
+    /// Whether a cycle has the arrow of every left turn that has one in some phase.
+    pub arrows: bool,
 }
 
 impl Limits {

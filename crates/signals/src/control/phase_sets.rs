@@ -1,5 +1,7 @@
 //! Which subsets of a signal's green phases can make up a cycle.
 
+use osm_signals::Turn;
+
 use super::{Light, SignalSpec};
 
 /// Most phases of a signal for which all subsets are looked at.
@@ -8,8 +10,8 @@ const MAX_PHASES: usize = 12;
 /// Returns sets of phases that serve every movement, none larger than it must be.
 ///
 /// First those in which some movements are served permissively only, then those that protect
-/// every movement that can be protected; smaller sets first. With more than 12
-/// phases there is one set: all of them.
+/// every movement that can be protected; smaller sets first. Where [`Limits`](super::Limits) ask for arrows, all sets
+/// protect left turns. With more than 12 phases there is one set: all of them.
 pub fn covering(signal: &SignalSpec) -> Vec<Vec<usize>> {
     let count = signal.phases.len();
     if count > MAX_PHASES {
@@ -33,6 +35,8 @@ fn minimal(signal: &SignalSpec, wanted: Light) -> Vec<Vec<usize>> {
         .iter()
         .map(|phase| {
             let enough = |(m, service): (usize, &Light)| {
+                let needs_arrow = signal.limits.arrows && signal.movements[m].turn == Turn::Left;
+                let wanted = if needs_arrow { Light::Protected } else { wanted };
                 let best = signal.phases.iter().map(|p| p.service[m]).max();
                 *service >= best.map_or(wanted, |b| b.min(wanted)).max(Light::Permissive)
             };
@@ -63,8 +67,13 @@ mod tests {
     #[test]
     fn permissive_lefts_make_a_cycle_of_two_phases_and_protected_lefts_one_of_four() {
         // Movements: through NS, left NS, through EW, left EW.
-        let signal = signal_with(&[[G, g, N, N], [N, G, N, N], [N, N, G, g], [N, N, N, G]]);
+        let mut signal = signal_with(&[[G, g, N, N], [N, G, N, N], [N, N, G, g], [N, N, N, G]]);
         assert_eq!(covering(&signal), vec![vec![0, 2], vec![0, 1, 2, 3]]);
+        for left in [1, 3] {
+            signal.movements[left].turn = Turn::Left;
+        }
+        signal.limits.arrows = true;
+        assert_eq!(covering(&signal), vec![vec![0, 1, 2, 3]], "arrows are shown");
     }
 
     #[test]

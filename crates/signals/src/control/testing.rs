@@ -52,6 +52,7 @@ pub(crate) fn limits(phases: usize) -> Limits {
         min_cycle_s: 20.0,
         max_cycle_s: 120.0,
         own_program: true,
+        arrows: false,
     }
 }
 

@@ -130,7 +130,9 @@ pub fn derive(
     }
     let services: Vec<Vec<Light>> = states.iter().map(|state| services(state, &raw)).collect();
     let (naming, pairs) = names(&services, &raw);
-    let limits = limits(&timing, &states, own);
+    // Only networks that were made with the setting have arrows by it.
+    let arrows = program(PHASES_PROGRAM).is_some() && !timing.settings.left_turns.is_network();
+    let limits = Limits { arrows, ..limits(&timing, &states, own) };
     let phases = states.into_iter().zip(pairs).zip(services);
     let lane = |lane: &usize| {
         let lane = &scene.lanes[*lane];
@@ -330,6 +332,7 @@ fn limits(timing: &Timing, greens: &[String], own: &Program) -> Limits {
         min_cycle_s: seconds(timing.settings.min_cycle_s),
         max_cycle_s: seconds(timing.settings.max_cycle_s),
         own_program: own.kind == ProgramKind::Static && timing.keeps(&own.phases()),
+        arrows: false,
     }
 }
 

@@ -203,14 +203,9 @@ mod tests {
         assert_eq!([6, 2, 5, 4].map(|n| by_number(&plan, &cycle.ends_s, n)), [0, 13, 13, 29]);
         let splits = [6, 5, 2, 4].map(|n| by_number(&plan, &cycle.splits_s, n));
         assert_eq!(splits, [34, 13, 47, 16].map(Some));
-    }
-
-    #[test]
-    fn a_phase_that_ends_with_the_coordinated_one_may_be_green_until_the_end_of_the_cycle() {
-        let greens = [("GgrrGG", 30), ("GGGrrr", 9), ("rrGGGr", 12)];
+        // Where phase 2 is coordinated and 5 ends with it, 5 may be green until the end of the cycle.
         let plan = coordinated(&tee(), &greens, 1).unwrap();
         let cycle = plan.coordination.as_ref().unwrap();
-        // Phase 2 is coordinated; 5 ends with it.
         let ends = [2, 5, 6, 4].map(|n| by_number(&plan, &cycle.ends_s, n));
         assert_eq!((ends, cycle.cycle_s), ([0, 63, 50, 16], 63));
     }
