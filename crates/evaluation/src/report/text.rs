@@ -147,12 +147,16 @@ fn change(score: f64) -> String {
 /// Whether the best method may be no better than another one: the interval of their difference contains 0, or that of its
 /// score contains the other's of 1.
 fn is_open(data: &Report, best: &MethodSummary, rival: &MethodSummary) -> bool {
-    let place = |index: usize| data.methods.iter().position(|m| m.index == index);
-    let two = [place(best.index), place(rival.index)];
-    let of_both = |p: &&Pair| two.contains(&Some(p.first)) && two.contains(&Some(p.second));
-    let pair = data.comparison.pairs.iter().find(of_both);
     let within = best.interval.is_some_and(|(low, high)| low <= 1.0 && high >= 1.0);
-    (rival.is_reference && within) || pair.is_some_and(|p| p.decided() == Decided::Open)
+    let is_pair_open = |p: &Pair| p.decided() == Decided::Open;
+    (rival.is_reference && within) || pair_of(data, best, rival).is_some_and(is_pair_open)
+}
+
+fn pair_of<'a>(data: &'a Report, a: &MethodSummary, b: &MethodSummary) -> Option<&'a Pair> {
+    let place = |index: usize| data.methods.iter().position(|m| m.index == index);
+    let two = [place(a.index), place(b.index)];
+    let of_both = |p: &&Pair| two.contains(&Some(p.first)) && two.contains(&Some(p.second));
+    data.comparison.pairs.iter().find(of_both)
 }
 
 /// Says by how much the best method is ahead of the next; `None` without two methods.
@@ -274,8 +278,18 @@ fn shared_objectives(data: &Report, a: usize, b: usize) -> Option<(f64, f64, usi
 fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
     let mut sentences = Vec::new();
     let (of, noun) = (&data.reference.name, &data.words.noun);
+    // The same two as in the headline.
+    let ahead = today(data).filter(|m| m.index != best.index).and_then(|m| {
+        let ahead = pair_of(data, best, m)?.ahead;
+        let interval = format::lead(ahead.value, ahead.interval).1?;
+        Some(format!(
+            "With 95% certainty its score is {interval} better than that of {}.",
+            m.method
+        ))
+    });
     sentences.extend(match (best.interval, data.reference.is_none()) {
         _ if best.is_reference => None,
+        _ if ahead.is_some() => ahead,
         (None, _) => Some("How much of this is chance is not known: see the warnings.".to_owned()),
         (Some((low, high)), true) => {
             let [low, high] = [low, high].map(|v| with_unit(&data.words, v));
