@@ -37,7 +37,7 @@ use evaluation::settings::setting::settings;
 pub const METHOD: Method = Method {
     summary: "the existing plan, or that of nema, with splits or longest greens tuned in simulation",
     settings: Config::SETTINGS,
-    ..Method::built_in("retime", Training::Tuned { episodes: "simulations" }, "#b5651d")
+    ..Method::built_in("retime", Training::Tuned { episodes: "simulations" }, "#c048f0")
 };
 
 settings! {
