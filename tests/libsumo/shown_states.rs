@@ -8,13 +8,13 @@ use crate::shown::{Limits, Way, foes, hurried, states, violations, violations_by
 use osm_signals::DrivingSide;
 use tsc_family::settings::overrides::Override;
 use tsc_family::traffic::control::dual_ring::Config;
-use tsc_family::traffic::control::{nema, retime};
 use tsc_family::traffic::control::phase_sets::covering;
 use tsc_family::traffic::control::registry::METHODS;
 use tsc_family::traffic::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
 };
 use tsc_family::traffic::control::{coordinated, existing};
+use tsc_family::traffic::control::{nema, retime};
 use tsc_family::traffic::controllers::create;
 use tsc_family::traffic::env::{SignalEnv, run_episode};
 use tsc_family::traffic::environment::{environment, generated_world};
@@ -283,7 +283,8 @@ fn checked_seconds(preset: &str) -> usize {
             }
             for mut controller in controllers {
                 let within = controller.name() == coordinated::METHOD.name;
-                watch.by_link = within || [nema::METHOD.name, retime::METHOD.name].contains(&controller.name());
+                watch.by_link =
+                    within || [nema::METHOD.name, retime::METHOD.name].contains(&controller.name());
                 // Coordinated phases last until the cycle lets them end.
                 watch.limits.max_green = if within { usize::MAX } else { limits.max_green };
                 controller.train(&mut watch).unwrap();
