@@ -40,7 +40,8 @@ fn reported(dir: &Path, out: &str) -> (Vec<Value>, String) {
     let output = command(&["report", out, "--json"], dir);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let lines = String::from_utf8(output.stdout).unwrap();
-    let lines = lines.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let mut lines: Vec<Value> = lines.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    lines.retain(|line| line["event"] == "method");
     (lines, String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
