@@ -237,7 +237,7 @@ fn the_first_paragraphs_say_what_a_family_and_a_sample_hold_for() {
         city(m);
         m.identity.settings["family"]["approaches"] = serde_json::Value::Null;
     });
-    assert!(page.first().contains("in the simulated hour.") && !page.first().contains("a day"));
+    assert!(page.first().contains("in the simulated hour.") && !page.first().contains("the day"));
     // Importance that is no share of the instances.
     let page = with_methods(&CITY, |m| m.identity.points[1].instances = 7);
     assert!(!page.first().contains("vehicle-hours"));

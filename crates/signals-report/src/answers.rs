@@ -24,9 +24,8 @@ pub(super) fn today(data: &Analysis) -> Option<&'static str> {
     (has(program::METHOD.name) && imported()).then_some(program::METHOD.name)
 }
 
-/// Says how many vehicle-hours the best method saves over the family, in the time that was simulated and, where the
-/// settings say which share of a day an hour of it has, in a day; `None` where intersections or vehicles were not
-/// counted.
+/// Says how many vehicle-hours the best method saves over the family in the time that was simulated; `None` where
+/// intersections or vehicles were not counted.
 pub(super) fn gain(data: &Analysis) -> Option<String> {
     let identity = &data.manifest.identity;
     let [best, reference] = compared(data)?;
@@ -41,26 +40,11 @@ pub(super) fn gain(data: &Analysis) -> Option<String> {
     let hours = intersections * weighted_mean(known?)?;
     let direction = if hours < 0.0 { "more" } else { "less" };
     let about = if data.is_whole() { "" } else { "about " };
-    let mut text = format!(
-        "Over all {intersections} intersections that is {about}{} vehicle-hours {direction} in the simulated {}",
+    Some(format!(
+        "Over all {intersections} intersections that is {about}{} vehicle-hours {direction} in the simulated {}.",
         format::thousands(hours.abs()),
         demand::span(horizon_s)
-    );
-    if let Some(share) = demand::hourly_share(&identity.settings) {
-        let a_day = format::thousands(hours.abs() * (HOUR_S / horizon_s) / share);
-        let share = format!("{:.1}% of the day\u{2019}s traffic", 100.0 * share);
-        text.push_str(&match horizon_s == HOUR_S {
-            true => format!(
-                ", and {a_day} a day if every vehicle of the day has as much {direction} as one in that hour, which \
-                 has {share}"
-            ),
-            false => format!(
-                "; extrapolated from that alone, {a_day} a day if every vehicle of the day has as much \
-                 {direction} as one in that time, of which an hour has {share}"
-            ),
-        });
-    }
-    Some(text + ".")
+    ))
 }
 
 /// Returns the positions of the best method and of what it is compared with.

@@ -3,9 +3,8 @@
 //! A row is a direction of a street under a method: how long vehicles take that drive along all its signals. Intervals are
 //! Student's over the evaluation seeds.
 //!
-//! The diagram is that of `coordinated` where it ran, with the cycle that its rings follow, else of the method with the least delay
-//! of those whose signals along a street all run programs of fixed times. A band is the longest run of seconds in which a vehicle at the speed limit meets
-//! no red; there is none where cycles differ.
+//! The diagram is that of `coordinated`, with the cycle that its rings follow. A band is the longest run of seconds in which a
+//! vehicle at the speed limit meets no red; there is none where cycles differ.
 
 use minijinja::{Value, context};
 
@@ -129,27 +128,21 @@ pub(crate) fn values(seen: Seen<'_>, diagram: Option<&str>) -> Option<Value> {
     )
 }
 
-/// Draws the time-space diagram of the plan that is worth looking at.
+/// Draws the time-space diagram of `coordinated`.
 pub(crate) fn diagram(Seen { data, shown }: Seen<'_>) -> Option<Figure> {
     let task = shown.streets.first()?;
-    let methods = &data.manifest.identity.methods;
-    let panels = |plan| {
-        let of = |street| Some((street, lights(plan, street)?));
-        let panels: Vec<(&StreetResult, Vec<Light<'_>>)> =
-            task.results.streets.iter().filter_map(of).take(FEW).collect();
-        (!panels.is_empty()).then_some((plan, panels))
+    let method = coordinated::METHOD.name;
+    let is_own = |plan: &&TaskPlan| {
+        plan.point == task.point && data.manifest.identity.methods[plan.method] == method
     };
-    let order = |plan: &TaskPlan| {
-        let is_other = methods[plan.method] != coordinated::METHOD.name;
-        (is_other, plan.objective.unwrap_or(f64::INFINITY))
-    };
-    let of_point = shown.plans.iter().filter(|plan| plan.point == task.point).filter_map(panels);
-    let (plan, panels) = of_point.min_by(|(a, _), (b, _)| {
-        let (a, b) = (order(a), order(b));
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-    })?;
+    let plan = shown.plans.iter().find(is_own)?;
+    let of = |street| Some((street, lights(plan, street)?));
+    let panels: Vec<(&StreetResult, Vec<Light<'_>>)> =
+        task.results.streets.iter().filter_map(of).take(FEW).collect();
+    if panels.is_empty() {
+        return None;
+    }
     let mut canvas = Canvas::new(WIDTH, (PANEL_PX + 50.0) * panels.len() as f64 + 10.0);
-    let method = &methods[plan.method];
     let bands = panels.iter().enumerate().map(|(i, (street, lights))| {
         let top = 24.0 + (PANEL_PX + 50.0) * i as f64;
         let band = panel(&mut canvas, top, (method, street), lights);

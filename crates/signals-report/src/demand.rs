@@ -94,17 +94,6 @@ fn by_turn(settings: &Value) -> f64 {
     settings.pointer("/family/inflows/by_turn").and_then(Value::as_f64).unwrap_or_default()
 }
 
-/// Returns the share of a day's traffic that the simulated hour has, for families of approaches; `None` where counts of an
-/// hour say nothing of the day.
-pub(super) fn hourly_share(settings: &Value) -> Option<f64> {
-    if by_turn(settings) > 0.0 {
-        return None;
-    }
-    settings.pointer("/family/approaches").filter(|table| !table.is_null())?;
-    let share = settings.pointer("/family/hourly_share")?.as_f64()?;
-    (share > 0.0).then_some(share)
-}
-
 /// Returns whether the settings of a run say that most of its inflows are defaults.
 pub(super) fn on_defaults(settings: &Value) -> bool {
     inflows(settings).is_some_and(|[.., default]| default > MOSTLY)
@@ -152,7 +141,6 @@ mod tests {
         assert!(
             of_run(&inflows(0.5)).unwrap().ends_with("; 50% of the approaches as counted by turn")
         );
-        assert_eq!(hourly_share(&inflows(0.5)), None);
     }
 
     #[test]

@@ -59,7 +59,7 @@ pub(super) fn basis(data: &Analysis, place: &MappedIntersection) -> (Basis, Opti
 
 /// Returns why no probability is given that a method is the best at an intersection: the simulated vehicles are not
 /// its own.
-pub(super) fn withheld(data: &Analysis, basis: Basis) -> Option<&'static str> {
+fn withheld(data: &Analysis, basis: Basis) -> Option<&'static str> {
     match basis {
         Basis::Represented => Some("another intersection was simulated in its place"),
         Basis::Simulated | Basis::PointMdp => all_defaults(&data.manifest.identity.settings)

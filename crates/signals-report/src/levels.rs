@@ -37,8 +37,7 @@ pub(super) fn levels(data: &Analysis) -> Option<Figure> {
         canvas.rect((x, 10.0), (x + 16.0, 26.0), palette::ORDERED[l], Some("#1a1a1a"));
         let style = TextStyle::new(Anchor::Middle).color(palette::ink_on(l));
         canvas.text(x + 8.0, 22.5, &letter.to_string(), style);
-        let label = range(l);
-        canvas.text(x + 22.0, 22.5, &label, TextStyle::new(Anchor::Start));
+        canvas.text(x + 22.0, 22.5, &range(l), TextStyle::new(Anchor::Start));
     }
     for (i, m) in methods.iter().enumerate() {
         let y = top + ROW_PX * i as f64;
@@ -47,8 +46,8 @@ pub(super) fn levels(data: &Analysis) -> Option<Figure> {
         let mut from = 0.0;
         for (l, share) in level_shares(data, m).into_iter().enumerate().filter(|s| s.1 > 0.0) {
             let (a, b) = (frame.x(100.0 * from), frame.x(100.0 * (from + share)));
-            let corners = ((a, y + 4.0), (b, y + ROW_PX - 4.0));
-            canvas.rect(corners.0, corners.1, palette::ORDERED[l], Some("#1a1a1a"));
+            let (above, below) = (y + 4.0, y + ROW_PX - 4.0);
+            canvas.rect((a, above), (b, below), palette::ORDERED[l], Some("#1a1a1a"));
             let style = TextStyle::new(Anchor::Middle).color(palette::ink_on(l));
             if share >= LABELLED_SHARE {
                 let label = format!("{} {}", LEVELS[l], format::percent(share));
@@ -70,6 +69,6 @@ pub(super) fn levels(data: &Analysis) -> Option<Figure> {
 }
 
 /// Returns the share of the family at each level under a method.
-pub(super) fn level_shares(data: &Analysis, m: &MethodSummary) -> [f64; LEVELS.len()] {
+fn level_shares(data: &Analysis, m: &MethodSummary) -> [f64; LEVELS.len()] {
     shares(data.results_of(m.index).map(|(p, r)| (p.weight, r.objective)))
 }

@@ -2,14 +2,13 @@
 //! streets where a map of them is known.
 
 mod dot;
-mod legend;
 
-use super::intersections::basis;
+use super::intersections::{Basis, basis};
 use super::level_of_service::{LEVELS, range};
 use super::map_view::{MapFrame, MapView, scale_bar};
 use super::shown::Seen;
 use dot::Dot;
-use evaluation::report::svg::Canvas;
+use evaluation::report::svg::{Anchor, Canvas, TextStyle, text_width};
 use evaluation::report::{Figure, WIDTH, format};
 
 /// How the map lies on its canvas.
@@ -34,6 +33,12 @@ const RADIUS: f64 = 0.125;
 /// Colour and width of streets by rank, minor ones first, pixels.
 const STREETS: [(&str, f64); 4] =
     [("#dedede", 0.8), ("#d2d2d2", 1.1), ("#c2c2c2", 1.6), ("#b0b0b0", 2.4)];
+
+/// Radius of the dots of the legend, pixels.
+const LEGEND_PX: f64 = 7.0;
+
+/// Distance of the first entry from the edge, pixels.
+const LEFT_PX: f64 = 12.0;
 
 /// Draws the map; `None` when no place is known or no method has an estimate.
 pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
@@ -69,7 +74,7 @@ pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
             dot::draw(canvas, dot.at, radius, look, letter);
         });
     }
-    legend::draw_legend(&mut canvas, &dots);
+    draw_legend(&mut canvas, &dots);
     let note = match shown.places.streets.is_empty() {
         true => "north is up",
         false => "north is up; streets \u{a9} OpenStreetMap contributors, ODbL 1.0",
@@ -89,12 +94,8 @@ pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
 /// Lets the dots of intersections that have a page of their own lead to it.
 fn linked(mut svg: String, seen: Seen<'_>, dots: &[Dot]) -> String {
     let pages = super::pages::links(seen);
-    if pages.is_empty() {
-        return svg;
-    }
     for dot in dots {
-        let place = &seen.shown.places.intersections[dot.number];
-        let point = basis(seen.data, place).1;
+        let point = basis(seen.data, &seen.shown.places.intersections[dot.number]).1;
         let Some(page) = point.and_then(|point| pages.get(&point)) else { continue };
         let id = format!("id=\"dot-{}\"", dot.number);
         let Some(at) = svg.find(&id) else { continue };
@@ -105,4 +106,42 @@ fn linked(mut svg: String, seen: Seen<'_>, dots: &[Dot]) -> String {
         svg.insert_str(from, &format!("<a href=\"{page}\">"));
     }
     svg
+}
+
+/// Draws the classes in a first row, and in a second one what else is on the map.
+fn draw_legend(canvas: &mut Canvas, dots: &[Dot]) {
+    let style = TextStyle::new(Anchor::Start);
+    let slot = (WIDTH - 2.0 * LEFT_PX) / LEVELS.len() as f64;
+    for (class, letter) in LEVELS.into_iter().enumerate() {
+        let x = LEFT_PX + slot * class as f64;
+        let at = (x + LEGEND_PX, 16.0);
+        dot::draw(canvas, at, LEGEND_PX, (Some(class), Basis::PointMdp), Some(letter));
+        canvas.text(x + 19.0, 20.5, &range(class), style);
+    }
+    let has = |basis: Basis, result: bool| {
+        dots.iter().any(|d| d.basis == basis && d.class.is_some() == result)
+    };
+    let own = if has(Basis::Simulated, true) { "simulated" } else { "its point MDP was simulated" };
+    let represented = "not simulated: colour of the point MDP that stands for it";
+    let any_hollow = dots.iter().any(|d| matches!(d.basis, Basis::Represented | Basis::None));
+    let unknown = has(Basis::PointMdp, false)
+        || has(Basis::Simulated, false)
+        || has(Basis::Represented, false);
+    let entries = [
+        (any_hollow, Some(2), Basis::PointMdp, own),
+        (has(Basis::Represented, true), Some(2), Basis::Represented, represented),
+        (
+            has(Basis::None, false),
+            None,
+            Basis::None,
+            "not simulated, and no point MDP stands for it",
+        ),
+        (unknown, None, Basis::PointMdp, "no result"),
+    ];
+    let mut x = LEFT_PX;
+    for (_, class, basis, text) in entries.into_iter().filter(|e| e.0) {
+        dot::draw(canvas, (x + LEGEND_PX, 40.0), LEGEND_PX, (class, basis), None);
+        canvas.text(x + 19.0, 44.5, text, style);
+        x += 19.0 + text_width(text) + 16.0;
+    }
 }

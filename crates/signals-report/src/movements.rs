@@ -175,9 +175,8 @@ pub(crate) fn point(seen: Seen<'_>, point: usize, page: Option<&str>) -> Option<
         }
     };
     let names: Vec<String> = compared.iter().map(called).collect();
-    let title = shown.title(&data.points[point].row);
     Some(context! {
-        title,
+        title => shown.title(&data.points[point].row),
         names,
         rows,
         page,

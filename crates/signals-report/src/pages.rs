@@ -13,7 +13,7 @@ use minijinja::{Value, context};
 use super::answers::{delay_on_foot, is_coordinated, today};
 use super::level_of_service::letter;
 use super::movements;
-use super::plans::cabinet::{hides_walk, in_order, of_plan, phases, rings, seconds, simulated};
+use super::plans::cabinet::{in_order, plan, seconds};
 use super::plans::remove_earlier;
 use super::plans::told::{Told, best, renamed};
 use super::savings::{
@@ -142,8 +142,7 @@ fn crosswalks(seen: Seen<'_>, point: usize, method: usize) -> String {
 }
 
 fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
-    let Seen { data, .. } = seen;
-    let identity = &data.manifest.identity;
+    let data = seen.data;
     let result = data.points[c.point].results[method].as_ref()?;
     let delay = by_seed(data, c.point, method).and_then(|own| interval(&own));
     let delay = with_width(delay.unwrap_or((result.objective, None)), false);
@@ -158,7 +157,7 @@ fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
     };
     Some(context! {
         role,
-        method => identity.methods[method].clone(),
+        method => data.manifest.identity.methods[method].clone(),
         delay,
         level => letter(result.objective).to_string(),
         on_foot => delay_on_foot(data, c.point, method).map(|s| format!("{s:.1}")),
@@ -167,21 +166,6 @@ fn row(seen: Seen<'_>, c: &Compared, method: usize) -> Option<Value> {
         probability,
         stops => stops(seen, c.point, method).map(|stops| format!("{stops:.2}")),
     })
-}
-
-/// Returns the plan of a method as the page shows it.
-fn plan(seen: Seen<'_>, told: &Told) -> Value {
-    let identity = &seen.data.manifest.identity;
-    context! {
-        method => identity.methods[told.method].clone(),
-        of => of_plan(&told.plan),
-        phases => phases(&told.plan),
-        rings => rings(&told.plan),
-        simulated => simulated(&told.plan),
-        is_stages => told.is_stages,
-        hides_walk => hides_walk(&told.plan),
-        schedule => schedule(&told.plan),
-    }
 }
 
 /// Returns the row of a plan in the schedule: cycle, offset, reference, and the split of each phase.
@@ -268,7 +252,7 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told], saved: Option<Value>)
                 rows,
                 movements => movements::point(seen, c.point, None),
                 has_people => methods.iter().any(|m| delay_on_foot(data, c.point, *m).is_some()),
-                plans => shown_plans.into_iter().map(|told| plan(seen, told)).collect::<Vec<_>>(),
+                plans => shown_plans.into_iter().map(|told| context! { schedule => schedule(&told.plan), ..plan(seen, told) }).collect::<Vec<_>>(),
             }
         })
         .collect();

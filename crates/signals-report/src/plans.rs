@@ -10,13 +10,6 @@ mod files;
 mod program_xml;
 pub(super) mod told;
 
-use minijinja::{Value, context};
-
-use crate::shown::{Seen, TaskPlan};
+use crate::shown::TaskPlan;
 
 pub(super) use files::{FOLDER, TABLE, remove_earlier, write};
-
-/// Returns the section on signal plans; undefined without a program.
-pub(super) fn values(seen: Seen<'_>) -> Option<Value> {
-    seen.shown.plans.iter().any(|plan| !plan.programs.is_empty()).then(|| context! {})
-}

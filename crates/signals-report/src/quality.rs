@@ -3,7 +3,6 @@
 mod map;
 
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use minijinja::{Value, context};
@@ -65,10 +64,8 @@ fn values(q: &Quality, drawing: &Drawing) -> Value {
         let shares = [p.tagged, p.spread, p.imputed, p.default].map(percent);
         (p.feature.replace('_', " "), shares)
     });
-    let ignored = q.ignored.iter().map(|(reason, oddity)| {
-        let example = oddity.example.as_str();
-        context! { reason, count => oddity.count, example, link => link(example) }
-    });
+    let mut outcomes: Vec<(&str, usize)> = q.listed.iter().map(|(what, n)| (*what, *n)).collect();
+    outcomes.sort_by_key(|(_, n)| Reverse(*n));
     let inputs = q.inputs.iter().map(|f| [f.role, &f.name, &f.sha256].map(str::to_owned));
     context! {
         scenario => q.name.as_str(),
@@ -88,29 +85,14 @@ fn values(q: &Quality, drawing: &Drawing) -> Value {
         elsewhere => of_signals(q.signals.saturating_sub(q.signals_used + explained)),
         skipped => skipped.collect::<Vec<_>>(),
         provenance => provenance.collect::<Vec<_>>(),
-        listed => by_number(q.listed.iter().map(|(outcome, n)| (*outcome, *n)).collect()),
+        listed => outcomes,
         map => map::map(q, drawing),
         thinned => drawing.thinned,
         crosses => drawing.skipped.len(),
         rows => q.spots.iter().take(ROWS).map(row).collect::<Vec<_>>(),
         flagged => q.spots.iter().filter(|s| !s.flags.is_empty()).count(),
-        categories => categories(q),
-        ignored => ignored.collect::<Vec<_>>(),
+        ignored => q.ignored.iter().map(|(_, oddity)| oddity.count).sum::<u64>(),
     }
-}
-
-/// Returns what is worth a look, each with the number of intersections, most frequent first.
-fn categories(q: &Quality) -> Vec<(&'static str, usize)> {
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for flag in q.spots.iter().flat_map(|s| &s.flags) {
-        *counts.entry(*flag).or_default() += 1;
-    }
-    by_number(counts.into_iter().collect())
-}
-
-fn by_number(mut counts: Vec<(&'static str, usize)>) -> Vec<(&'static str, usize)> {
-    counts.sort_by_key(|(_, n)| Reverse(*n));
-    counts
 }
 
 fn row(spot: &Spot) -> Value {
@@ -130,14 +112,6 @@ fn row(spot: &Spot) -> Value {
 
 fn streets(spot: &Spot) -> &str {
     if spot.streets.is_empty() { "streets without a name" } else { &spot.streets }
-}
-
-/// Returns the address of an element that an example starts with, such as `way 17, lanes=many`.
-fn link(example: &str) -> Option<String> {
-    let (kind, rest) = example.split_once(' ')?;
-    let id = rest.split(',').next()?;
-    let known = ["node", "way", "relation"].contains(&kind) && id.parse::<u64>().is_ok();
-    known.then(|| format!("{OPENSTREETMAP}/{kind}/{id}"))
 }
 
 /// Returns a share as per cent; less than all is never "100%".
@@ -167,36 +141,15 @@ fn headline(q: &Quality) -> String {
     format!("{intersections} and {points} from {from}")
 }
 
-/// Returns the summary: how many signals are used, what demand rests on, what is weakest.
+/// Returns the summary: how many signals are used, and what demand rests on.
 fn sentences(q: &Quality) -> Vec<String> {
     let inflow = inflow(q).map(|p| [p.tagged, p.spread, p.imputed, p.default]);
-    let mut sentences = vec![
-        used(q),
-        format!(
-            "Demand: {}; inflows: {}.",
-            demand::hour(q.hourly_share, q.directional_split, q.peak_heading_deg),
-            demand::sources(inflow.unwrap_or_default())
-        ),
-    ];
-    // Of equally weak features the last, inflow, is the one that a user can mend at once.
-    let weakest =
-        q.provenance.iter().rev().min_by(|a, b| {
-            a.tagged.total_cmp(&b.tagged).then_with(|| b.default.total_cmp(&a.default))
-        });
-    sentences.extend(weakest.map(|p| {
-        let help = match p.feature {
-            "inflow" => "give traffic counts of more streets with --aadt",
-            "length" => "give a larger extract",
-            _ => "complete the map, or set the defaults with --config",
-        };
-        let feature = p.feature.replace('_', " ");
-        format!(
-            "The weakest feature is {feature}, known for {} of the approaches: {help}.",
-            percent(p.tagged)
-        )
-    }));
-    sentences.push(format!("Traffic keeps to the {}.", q.driving_side));
-    sentences
+    let demand = format!(
+        "Demand: {}; inflows: {}.",
+        demand::hour(q.hourly_share, q.directional_split, q.peak_heading_deg),
+        demand::sources(inflow.unwrap_or_default())
+    );
+    vec![used(q), demand, format!("Traffic keeps to the {}.", q.driving_side)]
 }
 
 fn inflow(q: &Quality) -> Option<&Provenance> {
@@ -271,13 +224,6 @@ fn warnings(q: &Quality) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_example_links_to_its_element() {
-        let expected = Some("https://www.openstreetmap.org/way/17".to_owned());
-        assert_eq!(link("way 17, lanes=many"), expected);
-        assert_eq!([link("line 3"), link("way x"), link("")], [None, None, None]);
-    }
 
     #[test]
     fn nearly_all_is_not_all() {

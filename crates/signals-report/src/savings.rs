@@ -180,6 +180,14 @@ pub(super) fn savings<'a>(seen: Seen<'_>, pages: &'a [Page<'a>]) -> Vec<Saving<'
     all
 }
 
+/// Returns how many intersections are compared with a method, and what they would save together by evaluation seed.
+fn sums(all: &[Saving<'_>], against: usize, with_marked: bool) -> (usize, Vec<f64>) {
+    let is_in = |s: &&Saving<'_>| s.against == against && (with_marked || !s.is_marked());
+    let own: Vec<&Saving<'_>> = all.iter().filter(is_in).collect();
+    let seeds = own.first().map_or(0, |s| s.saved_h.len());
+    (own.len(), (0..seeds).map(|k| own.iter().map(|s| s.saved_h[k]).sum()).collect())
+}
+
 /// Returns what vehicle-hours are counted over.
 pub(super) fn per(data: &Analysis, pages: &[Page<'_>]) -> String {
     let simulated = || horizon_s(&data.manifest.identity).map_or("time".to_owned(), span);
@@ -244,11 +252,9 @@ pub(super) fn values(seen: Seen<'_>) -> Option<Value> {
             marked => s.is_marked(),
         }
     };
-    let sum = |of: &dyn Fn(&Saving<'_>) -> bool| {
-        let own: Vec<&Saving<'_>> = all.iter().filter(|s| s.against == main && of(s)).collect();
-        let seeds = own.first().map_or(0, |s| s.saved_h.len());
-        let sums: Vec<f64> = (0..seeds).map(|k| own.iter().map(|s| s.saved_h[k]).sum()).collect();
-        context! { count => own.len(), hours => hours_in_words(&sums) }
+    let sum = |with_marked: bool| {
+        let (count, sums) = sums(&all, main, with_marked);
+        context! { count, hours => hours_in_words(&sums) }
     };
     let deciding = (0..methods.len()).filter(|m| {
         let wins = data.winners.iter().flatten().any(|w| w.best == *m);
@@ -258,8 +264,8 @@ pub(super) fn values(seen: Seen<'_>) -> Option<Value> {
         rows => all.iter().take(ROWS).map(row).collect::<Vec<_>>(),
         count => all.len(),
         without => pages.len() - all.len(),
-        whole => sum(&|_| true),
-        unmarked => sum(&|s| !s.is_marked()),
+        whole => sum(true),
+        unmarked => sum(false),
         marked => all.iter().filter(|s| s.is_marked()).count(),
         against => called(main),
         is_today => Some(main) == today,
@@ -283,5 +289,31 @@ mod tests {
         assert!((middle - 2.0).abs() < 1e-12 && (half.unwrap() - expected).abs() < 1e-7);
         assert_eq!(interval(&[]), None);
         assert_eq!(hours_in_words(&[-1.0, -2.0, -3.0]), "\u{2212}2.0 \u{b1} 2.5");
+    }
+
+    #[test]
+    fn what_is_above_1_2_of_capacity_is_marked_and_left_out_of_the_second_sum() {
+        let page = Page { name: String::new(), periods: Vec::new() };
+        let saving = |against: usize, saved_h: [f64; 2], ratio: Option<f64>| Saving {
+            page: &page,
+            against,
+            method: 2,
+            saved_h: saved_h.to_vec(),
+            delays_s: [30.0, 20.0],
+            highest: ratio.map(|ratio| ("NBT".to_owned(), ratio)),
+        };
+        let all = [
+            saving(0, [1.0, 2.0], Some(1.2)),
+            saving(0, [30.0, 50.0], Some(1.21)),
+            saving(0, [-4.0, -5.0], None),
+            saving(0, [7.0, 9.0], Some(f64::INFINITY)),
+            // Compared with another method, it is in neither sum.
+            saving(1, [100.0, 100.0], Some(0.5)),
+        ];
+        let marked: Vec<bool> = all.iter().map(Saving::is_marked).collect();
+        assert_eq!(marked, [false, true, false, true, false]);
+        assert_eq!(sums(&all, 0, true), (4, vec![34.0, 56.0]));
+        assert_eq!(sums(&all, 0, false), (2, vec![-3.0, -3.0]));
+        assert_eq!(sums(&all, 2, true), (0, vec![]));
     }
 }

@@ -250,6 +250,8 @@ impl Sections for TrafficSections {
             }
         });
         let streets = corridors::values(seen, figure("time-space"));
+        let programs = self.shown.plans.iter().any(|plan| !plan.programs.is_empty());
+        let programs = programs.then(|| context! {});
         let note = (!self.measures.several_signals).then(|| context! { level_heads });
         let all = [
             section!("savings", "signals", "Signals", savings::values(seen)),
@@ -259,7 +261,7 @@ impl Sections for TrafficSections {
             section!("periods", "periods", "Periods of the day", periods::values(seen)),
             section!("movements", "movements", "Movements", movements::values(seen)),
             section!("corridors", "corridors", "Streets of several signals", streets),
-            section!("plans", "plans", "Signal plans", plans::values(seen)),
+            section!("plans", "plans", "Signal plans", programs),
             section!("cabinet", "cabinet", "For the cabinet", plans::cabinet::values(seen)),
             section!("level_note", "level-note", "", note),
         ];

@@ -60,7 +60,7 @@ fn parts<T>(results: &Results, read: fn(&Summary) -> Option<T>) -> Vec<OfTask<T>
 
 /// Returns every task that ended well, in the order of the plan: the positions of its method and point MDP in the manifest,
 /// the task, and the summary of its record.
-pub(super) fn finished(results: &Results) -> impl Iterator<Item = (usize, usize, &Task, &Summary)> {
+fn finished(results: &Results) -> impl Iterator<Item = (usize, usize, &Task, &Summary)> {
     let identity = &results.manifest.identity;
     let points = identity.points.iter().enumerate();
     let points: HashMap<&str, usize> = points.map(|(i, p)| (p.point.as_str(), i)).collect();
@@ -102,7 +102,7 @@ impl TaskPlan {
 }
 
 /// Returns what every finished task ran, in the order of the plan.
-pub(super) fn plans(results: &Results) -> Vec<TaskPlan> {
+fn plans(results: &Results) -> Vec<TaskPlan> {
     let identity = &results.manifest.identity;
     let plan = |(method, point, task, record): (usize, usize, &Task, &Summary)| {
         // The checksum of the record vouches for their form.
@@ -182,10 +182,7 @@ impl Shown {
         !self.places.intersections.is_empty()
     }
 
-    pub(super) fn places_of<'a>(
-        &'a self,
-        point: &'a str,
-    ) -> impl Iterator<Item = &'a MappedIntersection> {
+    fn places_of<'a>(&'a self, point: &'a str) -> impl Iterator<Item = &'a MappedIntersection> {
         let own = self.of_point.get(point).into_iter().flatten();
         own.map(|i| &self.places.intersections[*i])
     }

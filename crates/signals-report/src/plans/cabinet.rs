@@ -40,9 +40,6 @@ const FEW: usize = 12;
 /// Most intersections with a page each.
 const MOST_PAGES: usize = 500;
 
-/// Most arms of which UTDF calls the movements as the model does.
-const PLAIN_ARMS: usize = 4;
-
 /// Most names that a note lists.
 const FEW_NAMES: usize = 6;
 
@@ -99,7 +96,7 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
 }
 
 /// Returns what an existing plan is, for a caption.
-pub(crate) fn of_plan(plan: &ExistingPlan) -> String {
+fn of_plan(plan: &ExistingPlan) -> String {
     let mut text = name(&plan.control);
     if let Some(cycle_s) = plan.cycle_s {
         text.push_str(&format!(", cycle {} s", seconds(cycle_s)));
@@ -121,7 +118,7 @@ pub(crate) fn of_plan(plan: &ExistingPlan) -> String {
 
 /// Whether a phase's shortest green contains walk and clearance although its recall is not that of pedestrians: keyed so, it
 /// shows WALK only after a push of the button.
-pub(crate) fn hides_walk(plan: &ExistingPlan) -> bool {
+fn hides_walk(plan: &ExistingPlan) -> bool {
     plan.phases.iter().any(|phase| {
         let is_within = |[walk_s, clearance_s]: [f64; 2]| {
             walk_s > 0.0 && phase.min_green_s >= walk_s + clearance_s - ROUNDING_S
@@ -145,7 +142,7 @@ pub(crate) fn in_order(plan: &ExistingPlan) -> Vec<&PlanPhase> {
 }
 
 /// Returns the phases of a plan for pages.
-pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
+fn phases(plan: &ExistingPlan) -> Vec<Value> {
     let phases = in_order(plan);
     let value = |phase: &PlanPhase| {
         let people =
@@ -180,7 +177,7 @@ pub(crate) fn phases(plan: &ExistingPlan) -> Vec<Value> {
 }
 
 /// Returns the phases of a plan whose yellow and all-red are rounded in the simulation, with what ran.
-pub(crate) fn simulated(plan: &ExistingPlan) -> String {
+fn simulated(plan: &ExistingPlan) -> String {
     let (timed, _) = schedule(plan);
     let of = |(phase, timed): (&PlanPhase, &Timed)| {
         let Change { yellow_s, all_red_s } = match plan.control {
@@ -260,7 +257,7 @@ fn write_utdf(
 ) -> Result<(), ReportError> {
     let identity = &seen.data.manifest.identity;
     let mut files: BTreeMap<String, Vec<(u32, ExistingPlan)>> = BTreeMap::new();
-    let (mut left_out, mut many_arms) = (Vec::new(), BTreeSet::new());
+    let mut left_out = Vec::new();
     for told in all {
         let (point, method) = (&identity.points[told.point].point, &identity.methods[told.method]);
         let drawn = seen.shown.drawing(point);
@@ -275,9 +272,6 @@ fn write_utdf(
             left_out.push(format!("{method}, {reason}"));
             continue;
         }
-        if drawn.is_some_and(|drawn| drawn.arms.len() > PLAIN_ARMS) {
-            many_arms.insert(number.to_string());
-        }
         let dot = if period.is_empty() { String::new() } else { format!(".{}", safe_id(period)) };
         let name = format!("{method}{dot}.utdf.csv");
         files.entry(name).or_default().push((number, told.given_back()));
@@ -288,23 +282,26 @@ fn write_utdf(
         write_atomically(&folder.join(name), text.as_bytes())?;
     }
     left_out.dedup();
-    let few = |names: &[String]| {
-        let more = if names.len() > FEW_NAMES { ", ..." } else { "" };
-        format!("{}{more}", names[..names.len().min(FEW_NAMES)].join(", "))
-    };
     // Where no intersection has a number, nobody came from UTDF.
     if has_numbers && !left_out.is_empty() {
-        notes.push(format!("no UTDF of plans that it cannot say ({})", few(&left_out)));
-    }
-    if !many_arms.is_empty() {
-        let names: Vec<String> = many_arms.into_iter().collect();
-        notes.push(format!(
-            "UTDF of intersections with more than {PLAIN_ARMS} arms ({}) names movements after where they lead: compare the \
-             columns of [Lanes] with those of your network before you merge them",
-            few(&names)
-        ));
+        let more = if left_out.len() > FEW_NAMES { ", ..." } else { "" };
+        left_out.truncate(FEW_NAMES);
+        notes.push(format!("no UTDF of plans that it cannot say ({}{more})", left_out.join(", ")));
     }
     Ok(())
+}
+
+/// Returns what every page shows of a plan.
+pub(crate) fn plan(seen: Seen<'_>, told: &Told) -> Value {
+    context! {
+        method => seen.data.manifest.identity.methods[told.method].as_str(),
+        of => of_plan(&told.plan),
+        phases => phases(&told.plan),
+        rings => rings(&told.plan),
+        simulated => simulated(&told.plan),
+        is_stages => told.is_stages,
+        hides_walk => hides_walk(&told.plan),
+    }
 }
 
 /// Returns what the page of an intersection shows.
@@ -313,25 +310,18 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
     let identity = &data.manifest.identity;
     let row = &data.points[point].row;
     let plans = own.iter().map(|told| {
-        // Of the training whose plan it is.
-        let of_training = told.objective.map(|delay_s| format!("{delay_s:.1}"));
         let trainings = shown.training(data, point, told.method).map_or(1, |(_, count)| count);
         context! {
-            method => identity.methods[told.method].clone(),
-            of => of_plan(&told.plan),
-            delay_s => of_training,
+            // Of the training whose plan it is.
+            delay_s => told.objective.map(|delay_s| format!("{delay_s:.1}")),
             training => (trainings > 1).then(|| format!("training {} of {trainings}", told.replicate + 1)),
-            phases => phases(&told.plan),
             signal => (!told.is_alone).then_some(told.signal.as_str()),
-            is_stages => told.is_stages,
             is_coordinated => told.plan.control == Control::Coordinated,
-            hides_walk => hides_walk(&told.plan),
             unserved_people => unserved_people(&told.plan).join(", "),
             has_detectors => told.plan.phases.iter().any(|phase| !phase.detectors.is_empty()),
             is_today => identity.methods[told.method] == existing::METHOD.name,
             is_given => !told.plan.ways.is_empty(),
-            rings => rings(&told.plan),
-            simulated => simulated(&told.plan),
+            ..plan(seen, told)
         }
     });
     context! {
@@ -344,7 +334,7 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
 }
 
 /// Returns the rings of a plan as boxes whose widths are splits: rows of `(label, percent, whether a barrier follows)`.
-pub(crate) fn rings(plan: &ExistingPlan) -> Vec<Vec<Value>> {
+fn rings(plan: &ExistingPlan) -> Vec<Vec<Value>> {
     let sides = plan.sides();
     let ring_s = |ring: &Vec<usize>| ring.iter().map(|i| plan.phases[*i].split_s()).sum::<f64>();
     let side_s: Vec<f64> = sides.iter().map(|s| ring_s(&s[0]).max(ring_s(&s[1]))).collect();
@@ -354,6 +344,15 @@ pub(crate) fn rings(plan: &ExistingPlan) -> Vec<Vec<Value>> {
         .filter(|ring| is_used(*ring))
         .map(|ring| {
             let mut boxes = Vec::new();
+            let mut add = |phase: Option<&PlanPhase>, split_s: f64, barrier: bool| {
+                boxes.push(context! {
+                    number => phase.map(PlanPhase::label),
+                    names => phase.map(|p| p.all_movements().cloned().collect::<Vec<_>>().join(" ")),
+                    split => phase.map(|p| seconds(p.split_s())),
+                    percent => format!("{:.2}", 100.0 * split_s / total_s),
+                    barrier,
+                });
+            };
             for (side, whole_s) in sides.iter().zip(&side_s) {
                 let own = &side[ring];
                 let mut left_s = *whole_s;
@@ -363,22 +362,10 @@ pub(crate) fn rings(plan: &ExistingPlan) -> Vec<Vec<Value>> {
                     // A ring that is done waits for the other one.
                     let split_s = if is_last { left_s } else { phase.split_s() };
                     left_s -= split_s;
-                    boxes.push(context! {
-                        number => phase.label(),
-                        names => phase.all_movements().cloned().collect::<Vec<_>>().join(" "),
-                        split => seconds(phase.split_s()),
-                        percent => format!("{:.2}", 100.0 * split_s / total_s),
-                        barrier => is_last,
-                    });
+                    add(Some(phase), split_s, is_last);
                 }
                 if own.is_empty() {
-                    boxes.push(context! {
-                        number => "",
-                        names => "",
-                        split => "",
-                        percent => format!("{:.2}", 100.0 * whole_s / total_s),
-                        barrier => true,
-                    });
+                    add(None, *whole_s, true);
                 }
             }
             boxes

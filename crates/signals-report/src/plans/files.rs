@@ -7,7 +7,6 @@ use super::TaskPlan;
 use super::program_xml::additional;
 use crate::shown::Seen;
 use basics::files::{FileError, write_atomically};
-use evaluation::report::format;
 use evaluation::report::table::{Cell, Columns};
 use evaluation::store::manifest::PointRow;
 use signals::environment::given;
@@ -92,28 +91,12 @@ fn program_file(seen: Seen<'_>, plan: &TaskPlan, begin_s: f64) -> Option<(String
         _ => program.clone(),
     };
     let programs: Vec<SignalProgram> = plan.programs.iter().map(of_plan).collect();
-    let text = additional(method, &programs, own, &comment(seen, plan))?;
+    let text = additional(method, &programs, own, &[format!("{method} on {}", point.point)])?;
     let name = match method {
         TUNED => format!("{}.add.xml", point.point),
         other => format!("{}.{other}.add.xml", point.point),
     };
     Some((name, text))
-}
-
-/// Says what a plan is.
-fn comment(seen: Seen<'_>, plan: &TaskPlan) -> Vec<String> {
-    let identity = &seen.data.manifest.identity;
-    let (point, method) = (&identity.points[plan.point].point, &identity.methods[plan.method]);
-    let streets = seen.shown.streets_of(point).map_or_else(String::new, |s| format!(" ({s})"));
-    let mut lines = vec![format!("{method} on {point}{streets}")];
-    if let Some(value) = plan.objective {
-        let n = format::count(identity.evaluation_seeds.len(), "evaluation episode");
-        lines.push(format!("{} {} over {n}", identity.objective, format::amount(value)));
-    }
-    if identity.replicates_of(method) > 1 {
-        lines.push(format!("training {} of those that were recorded, the best", plan.replicate));
-    }
-    lines
 }
 
 /// Returns when the episodes of a point MDP begin, seconds; 0 where that is not to be had. Its scenario may lie in the current
