@@ -216,7 +216,9 @@ pub(crate) fn violations_by_link(
                     wrong.push(format!("{second} s: link {link} begins in the yellow of {foe}"));
                 }
             }
-            if before == b'y' && is_green(now) {
+            // Without all-red the next phase may let a left turn yield at once.
+            let yields_at_once = now == b'g' && limits.all_red == 0;
+            if before == b'y' && is_green(now) && !yields_at_once {
                 wrong.push(format!("{second} s: link {link} goes from yellow to green"));
             }
             if is_green(now) && !is_green(before) {
