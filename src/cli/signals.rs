@@ -106,7 +106,7 @@ fn text(look: &Look, number: usize) -> String {
         let table = columns.table(json[name].as_array().into_iter().flatten());
         text.push_str(&format!("\n{}", table.plain()));
     }
-    for warning in folded(&warnings(signal)) {
+    for warning in folded(warnings(signal)) {
         text.push_str(&format!("\n  warning: {warning}"));
     }
     text

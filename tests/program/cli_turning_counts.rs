@@ -311,7 +311,7 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
             "run city --methods existing --out x",
             "no plan was given, or none that can be shown, for 1 of 1 point MDPs",
         ),
-        ("run city --existing c.csv --out x", "c.csv, line 1: a table of turning counts, no plans"),
+        ("run city --existing c.csv --out x", "c.csv, line 1: no column intersection; add it"),
         ("run city --existing none.csv --out x", "none.csv"),
         (
             "run smoke --existing p.csv --methods existing --out x",
@@ -324,7 +324,7 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
         ),
         (
             "run city --existing no.csv --out x",
-            "no plan that can be shown: it has no section [Phases]",
+            "no plan that can be shown; export the network with its phases",
         ),
         (
             "run city --existing n.csv --out x",

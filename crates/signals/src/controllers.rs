@@ -60,7 +60,7 @@ pub fn setup(scenario: &Scenario, imported: bool, seed: u64) -> Setup {
 
 /// Returns the episodes that a method is trained or tuned for in a scenario with so many signals, at most:
 /// signals learn together, and tuning has [`budget`].
-pub fn training_episodes(method: &Method, scenario: &Scenario, signals: u32) -> u32 {
+fn training_episodes(method: &Method, scenario: &Scenario, signals: u32) -> u32 {
     match method.training {
         Training::None => 0,
         Training::Learned => scenario.training.episodes,

@@ -183,10 +183,8 @@ impl InputFiles {
     ///
     /// Fails with [`TrafficError::Altered`] when it is not the planned one.
     pub fn add(&mut self, path: &Path, sha256: Option<&String>) -> Result<(), TrafficError> {
-        match sha256.map(String::as_str) == Some(self.hold(path)?) {
-            true => Ok(()),
-            false => Err(altered(path, "was altered")),
-        }
+        let is_planned = sha256.map(String::as_str) == Some(self.hold(path)?);
+        is_planned.then_some(()).ok_or_else(|| altered(path, "was altered"))
     }
 
     /// Holds on to a file as it is, which somebody else has compared with the plan, and returns its sha256.

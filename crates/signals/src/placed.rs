@@ -190,7 +190,7 @@ impl Placed {
 }
 
 /// Returns names as messages list them.
-fn few(names: impl Iterator<Item = String>) -> String {
+pub(crate) fn few(names: impl Iterator<Item = String>) -> String {
     let mut names: Vec<String> = names.collect();
     names.dedup();
     let more = if names.len() > FEW { ", ..." } else { "" };

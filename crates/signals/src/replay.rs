@@ -93,7 +93,7 @@ pub fn replay<S: Sim>(
         },
     };
     let mut env = environment(sim, world, &scenario, site.scratch);
-    env.keep_states();
+    env.told = Some(Vec::new());
     let mut trial = SignalTrial::new(env, controller, held);
     let metrics = trial.episode(seed)?;
     trial.verify()?;

@@ -102,7 +102,7 @@ impl Look {
             .iter()
             .map(|warning| {
                 let mut value = json!(warning);
-                value["text"] = json!(folded([warning]).concat());
+                value["text"] = json!(folded(vec![warning.clone()]).concat());
                 value
             })
             .collect();

@@ -161,7 +161,7 @@ impl Limits {
     }
 
     /// Returns the yellow and all-red of a cycle of phases, each followed by the next, seconds.
-    pub fn lost_s(&self, phases: &[usize]) -> f64 {
+    fn lost_s(&self, phases: &[usize]) -> f64 {
         (0..phases.len()).map(|i| self.change_s[phases[i]][phases[(i + 1) % phases.len()]]).sum()
     }
 }

@@ -5,15 +5,13 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use crate::control::{Drive, GreenPhase, Observation, Onward, RingGreens, SignalSpec};
+use crate::existing::Control;
 use crate::existing::ran::{greens, starts};
-use crate::existing::{Control, ExistingPlan};
 use crate::program::{self, SignalProgram};
 use crate::settings::{SignalSettings, SimulationSettings};
 use crate::sim::error::SimError;
 use crate::sim::sources::Sources;
-use crate::sim::{
-    Program, ProgramPhase, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo,
-};
+use crate::sim::{Program, ProgramPhase, Scene, SignalInfo, Sim, Snapshot, StartOptions, tripinfo};
 use crate::timing::Timing;
 use basics::units::SECONDS_PER_HOUR;
 
@@ -81,18 +79,15 @@ pub struct SignalEnv<S> {
     /// Distance of the first vehicle of each lane to the stop line, metres.
     nearest_m: Vec<f64>,
     time_s: f64,
-    counts: StepCounts,
     /// Whether the next episodes collect their movements, which takes the routes of all their vehicles, and who drives along
     /// streets.
     pub(crate) collects_movements: bool,
     by_movement: Option<ByMovement>,
     along: Option<Along>,
-    /// Who stands for long.
-    standing: Option<String>,
-    /// By signal, what SUMO was told to show, with since when, seconds; absent where nobody asks.
-    told: Option<Vec<Vec<(f64, String)>>>,
-    queue_sum: f64,
-    queue_max: f64,
+    /// By signal, what SUMO was told to show, with since when, seconds; whoever asks for it sets this before an episode.
+    pub(crate) told: Option<Vec<Vec<(f64, String)>>>,
+    /// What is known of the episode before its end; of the queue the sum over decisions.
+    metrics: EpisodeMetrics,
     decisions: u32,
     /// Wall-clock time spent within the simulator so far.
     pub simulator: Duration,
@@ -133,14 +128,11 @@ impl<S: Sim> SignalEnv<S> {
             observations: Vec::new(),
             request: Vec::new(),
             nearest_m: Vec::new(),
-            counts: StepCounts::default(),
             collects_movements: false,
             by_movement: None,
             along: None,
-            standing: None,
             told: None,
-            queue_sum: 0.0,
-            queue_max: 0.0,
+            metrics: EpisodeMetrics::default(),
             decisions: 0,
             simulator: Duration::ZERO,
         }
@@ -152,11 +144,9 @@ impl<S: Sim> SignalEnv<S> {
     ///
     /// [`SimError`] when the world cannot be simulated or has no signal that can be controlled.
     pub fn reset(&mut self, seed: u64) -> Result<(), SimError> {
-        let copies = match self.copies.take() {
-            Some(copies) => copies,
-            None => self.copy_files()?,
-        };
-        self.copies = Some(copies);
+        if self.copies.is_none() {
+            self.copies = Some(self.copy_files()?);
+        }
         let mut args = self.arguments(seed);
         args.extend(self.copies.iter().flatten().cloned());
         if let Some(write) = &self.world.routes {
@@ -189,19 +179,13 @@ impl<S: Sim> SignalEnv<S> {
         self.shown = vec![String::new(); self.signals.len()];
         self.programs = vec![None; self.signals.len()];
         self.time_s = self.world.begin_s;
-        (self.counts, self.standing) = (StepCounts::default(), None);
         let by_movement = || ByMovement::new(&self.scene, self.world.side, &self.world.bays);
         self.by_movement = (self.collects_movements && self.world.ways.is_some()).then(by_movement);
         let along = || Along::new(&self.scene, &self.signals, self.world.side);
         self.along = self.collects_movements.then(along).flatten();
-        (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
+        (self.metrics, self.decisions) = (EpisodeMetrics::default(), 0);
         self.told.iter_mut().for_each(|told| *told = vec![Vec::new(); self.signals.len()]);
         Ok(())
-    }
-
-    /// Has what signals show in the next episodes kept.
-    pub fn keep_states(&mut self) {
-        self.told = Some(Vec::new());
     }
 
     /// Returns what each signal was told to show in the episode that has just ended, as a program that shows it once.
@@ -250,10 +234,10 @@ impl<S: Sim> SignalEnv<S> {
         let scene = self.sim.start(&StartOptions { config, args, trace_m, tripinfo })?;
         self.simulator += start.elapsed();
         let mut scene = as_right_hand(scene, self.world.side);
-        self.on_red = match self.signal_settings.turn_on_red {
-            true => scene.signals.iter_mut().map(OnRed::take).collect(),
-            false => vec![OnRed::default(); scene.signals.len()],
-        };
+        self.on_red = vec![OnRed::default(); scene.signals.len()];
+        if self.signal_settings.turn_on_red {
+            self.on_red = scene.signals.iter_mut().map(OnRed::take).collect();
+        }
         Ok(scene)
     }
 
@@ -364,43 +348,43 @@ impl<S: Sim> SignalEnv<S> {
                     greens_s.is_empty().then(greens).transpose().map_err(failed)?;
                 self.retimed[i].clone_from(greens_s);
             }
-            let (rings, fixed) = match drive {
-                Drive::DualRing(config) => {
-                    (Some(DualRing::new(&self.scene, info, signal, config, &[])), None)
-                }
+            let free =
+                |config, greens_s| Some(DualRing::new(&self.scene, info, signal, config, greens_s));
+            let (rings, recorded) = match drive {
+                Drive::DualRing(config) => (free(config, &[]), None),
                 Drive::Retimed(config, greens_s) if existing.is_none() => {
-                    (Some(DualRing::new(&self.scene, info, signal, config, greens_s)), None)
+                    (free(config, greens_s), None)
                 }
                 Drive::CoordinatedRings(config, stages) => {
                     let told = (config, stages);
-                    match DualRing::coordinated(&self.scene, info, signal, told, self.time_s) {
-                        Some(rings) => (Some(rings), None),
-                        None => {
-                            let cycle = cycle_of(stages, &signal.timing);
-                            (None, Some(Drive::Recorded(cycle, stages.offset_s.into())))
-                        }
-                    }
+                    let rings = DualRing::coordinated(&self.scene, info, signal, told, self.time_s);
+                    let cycle = || cycle_of(stages, &signal.timing);
+                    let cycle = rings.is_none().then(cycle);
+                    (rings, cycle.map(|cycle| Drive::Recorded(cycle, stages.offset_s.into())))
                 }
                 _ => (None, None),
             };
-            let drive = fixed.as_ref().unwrap_or(drive);
+            let drive = recorded.as_ref().unwrap_or(drive);
+            let offset_s = if let Drive::Recorded(_, offset_s) = drive { *offset_s } else { 0.0 };
             self.cabinets[i] = (*drive == Drive::Decisions)
                 .then(|| Cabinet::new(signal, self.signal_settings.yellow_time_s));
             let installed = match (&self.cabinets[i], &existing) {
                 (Some(cabinet), _) => Some(cabinet.table.program.clone()),
-                (None, Some(plan)) => existing_cycle(plan, &self.scene, info).map_err(failed)?,
+                (None, Some(plan)) if plan.control == Control::Pretimed => {
+                    Some(fixed(fixed_cycle(plan, &self.scene, info).map_err(failed)?))
+                }
+                (None, Some(_)) => None,
                 (None, None) => program(signal, drive)?,
             };
             let installed = installed.map(|program| self.on_red[i].program(program));
             match &installed {
                 Some(installed) => {
                     self.sim.install(i, installed)?;
-                    if let Some((phase, left_s)) = aligned(installed, offset_s(drive), self.time_s)
-                    {
+                    if let Some((phase, left_s)) = aligned(installed, offset_s, self.time_s) {
                         self.sim.enter(i, phase, left_s)?;
                     }
                 }
-                None => self.sim.select(i, &self.scene.signals[i].active_program)?,
+                None => self.sim.select(i, &info.active_program)?,
             }
             let rings = match existing.filter(|_| installed.is_none()) {
                 Some(plan) => {
@@ -416,8 +400,11 @@ impl<S: Sim> SignalEnv<S> {
                 self.sim.show(i, &self.on_red[i].shown(&rings.shown))?;
                 self.rings[i] = Some(rings);
             } else if self.cabinets[i].is_none() {
+                let (signal, own) = (info.id.clone(), installed.is_none());
+                let of_network = || self.on_red[i].own(info, &info.active_program).cloned();
+                let program = installed.or_else(of_network);
                 self.programs[i] =
-                    running(&self.scene.signals[i], installed, offset_s(drive), &self.on_red[i]);
+                    program.map(|program| Running { signal, own, offset_s, program });
             }
         }
         self.observe()
@@ -433,10 +420,7 @@ impl<S: Sim> SignalEnv<S> {
         };
         let sheets: Vec<SignalProgram> = signals().zip(&self.rings).filter_map(sheet).collect();
         let kept = |((signal, derived), running): ((_, &DerivedSignal), &Option<Running>)| {
-            let names = match self.world.routes {
-                None => names(signal),
-                Some(_) => Vec::new(),
-            };
+            let names = if self.world.routes.is_none() { names(signal) } else { Vec::new() };
             let names = names.iter().map(|names| names.join(" ")).collect();
             Some(kept(&derived.timing, names, running.clone()?))
         };
@@ -497,11 +481,15 @@ impl<S: Sim> SignalEnv<S> {
             {
                 seconds = seconds.min(1);
             }
-            self.let_pedestrians_go();
+            // Pedestrians come to the signals that a controller decides, and those go who see WALK.
+            for (cabinet, own) in self.cabinets.iter_mut().zip(&mut self.pedestrians) {
+                if let (Some(cabinet), Some(own)) = (cabinet, own) {
+                    cabinet.second(self.time_s, own);
+                }
+            }
             self.run(seconds)?;
             self.let_pedestrians_follow_programs(seconds)?;
-            self.note_lights(seconds)?;
-            self.note_states(seconds)?;
+            self.note(seconds)?;
             if let Some(along) = &mut self.along {
                 self.sim.observe(&mut self.snapshot)?;
                 along.second(&self.snapshot, self.time_s);
@@ -516,18 +504,9 @@ impl<S: Sim> SignalEnv<S> {
             by_movement.decide(&self.observer.lanes);
         }
         let queue = f64::from(self.observer.halting);
-        self.queue_sum += queue;
-        self.queue_max = self.queue_max.max(queue);
+        self.metrics.queue_veh += queue;
+        self.metrics.max_queue_veh = self.metrics.max_queue_veh.max(queue);
         Ok(self.time_s >= self.world.end_s)
-    }
-
-    /// Lets pedestrians come to the signals that a controller decides, and those go who see WALK.
-    fn let_pedestrians_go(&mut self) {
-        for (cabinet, pedestrians) in self.cabinets.iter_mut().zip(&mut self.pedestrians) {
-            if let (Some(cabinet), Some(pedestrians)) = (cabinet, pedestrians) {
-                cabinet.second(self.time_s, pedestrians);
-            }
-        }
     }
 
     /// Lets pedestrians come to the signals that run a program, and those go who saw WALK in the second that has just gone
@@ -577,34 +556,27 @@ impl<S: Sim> SignalEnv<S> {
         Ok(())
     }
 
-    /// Notes what was shown for some seconds, where results by movement are asked for.
-    fn note_lights(&mut self, seconds: u32) -> Result<(), SimError> {
-        let Some(by_movement) = &mut self.by_movement else { return Ok(()) };
+    /// Notes what was shown for some seconds, where results by movement are asked for, and what SUMO was told, where
+    /// somebody asks for it.
+    fn note(&mut self, seconds: u32) -> Result<(), SimError> {
+        if self.by_movement.is_none() && self.told.is_none() {
+            return Ok(());
+        }
         if self.programs.iter().any(Option::is_some) {
             self.sim.observe(&mut self.snapshot)?;
         }
         for (i, spec) in self.specs.iter().enumerate() {
             let state = lights(&self.programs, &self.shown, &self.snapshot.phases, i);
-            if let Some(state) = state {
+            let Some(state) = state else { continue };
+            if let Some(by_movement) = &mut self.by_movement {
                 by_movement.show(&spec.id, state, seconds);
             }
-        }
-        Ok(())
-    }
-
-    /// Notes what SUMO was told to show in the second that has just gone by, where somebody asks for it.
-    fn note_states(&mut self, seconds: u32) -> Result<(), SimError> {
-        let Some(told) = self.told.as_mut().filter(|_| seconds > 0) else { return Ok(()) };
-        self.sim.observe(&mut self.snapshot)?;
-        for (i, told) in told.iter_mut().enumerate() {
-            let state = lights(&self.programs, &self.shown, &self.snapshot.phases, i);
+            let Some(told) = self.told.as_mut().filter(|_| seconds > 0) else { continue };
             // A program was told to SUMO as it is here.
-            let state = state.map(|state| match &self.programs[i] {
-                Some(_) => state.clone(),
-                None => self.on_red[i].shown(state),
-            });
-            if let Some(state) = state.filter(|state| told.last().is_none_or(|t| t.1 != *state)) {
-                told.push((self.time_s - f64::from(seconds), state));
+            let is_program = self.programs[i].is_some();
+            let state = if is_program { state.clone() } else { self.on_red[i].shown(state) };
+            if told[i].last().is_none_or(|last| last.1 != state) {
+                told[i].push((self.time_s - f64::from(seconds), state));
             }
         }
         Ok(())
@@ -616,7 +588,7 @@ impl<S: Sim> SignalEnv<S> {
         let left = (left_s * f64::from(self.world.steps_per_second) - 1e-6).ceil() as u32;
         let steps = (seconds * self.world.steps_per_second).min(left);
         let start = Instant::now();
-        self.counts += self.sim.step(steps)?;
+        self.metrics.counts += self.sim.step(steps)?;
         self.simulator += start.elapsed();
         self.time_s += f64::from(seconds.min(left_s.ceil() as u32));
         Ok(())
@@ -626,9 +598,9 @@ impl<S: Sim> SignalEnv<S> {
         self.sim.observe(&mut self.snapshot)?;
         self.observer.update(&self.snapshot);
         let never_moves = self.simulation_settings.time_to_teleport_s < 0.0;
-        if self.standing.is_none() && never_moves && self.world.files.is_some() {
+        if self.metrics.standing.is_none() && never_moves && self.world.files.is_some() {
             let state = |i: usize| lights(&self.programs, &self.shown, &self.snapshot.phases, i);
-            self.standing = standing(&self.scene, &self.snapshot, self.time_s, state);
+            self.metrics.standing = standing(&self.scene, &self.snapshot, self.time_s, state);
         }
         for (i, signal) in self.signals.iter().enumerate() {
             let phase = match &self.cabinets[i] {
@@ -670,22 +642,17 @@ impl<S: Sim> SignalEnv<S> {
         };
         let hours = (self.time_s - self.world.begin_s) / SECONDS_PER_HOUR;
         let flow = |lane: &usize| f64::from(self.observer.counts[*lane]) / hours;
+        let flows = self.signals.iter().map(|s| s.lanes.iter().map(flow).collect());
         Ok(EpisodeMetrics {
             trips: totals,
             movements,
             streets: self.along.take().map(Along::finish).unwrap_or_default(),
-            counts: self.counts,
-            standing: self.standing.take(),
             pedestrians: pushes.then_some(people.count),
             pedestrian_delay_s: people.delay_s(),
-            queue_veh: self.queue_sum / f64::from(self.decisions.max(1)),
-            max_queue_veh: self.queue_max,
+            queue_veh: self.metrics.queue_veh / f64::from(self.decisions.max(1)),
             rings: self.ring_greens.clone(),
-            lane_flow_vph: self
-                .signals
-                .iter()
-                .map(|s| s.lanes.iter().map(flow).collect())
-                .collect(),
+            lane_flow_vph: flows.collect(),
+            ..std::mem::take(&mut self.metrics)
         })
     }
 }
@@ -738,16 +705,6 @@ fn kept(timing: &Timing, links: Vec<String>, running: Running) -> SignalProgram 
     kept
 }
 
-/// Returns the program of an existing plan; `None` for one that sees vehicles.
-fn existing_cycle(
-    plan: &ExistingPlan,
-    scene: &Scene,
-    signal: &SignalInfo,
-) -> Result<Option<Program>, String> {
-    let is_fixed = plan.control == Control::Pretimed;
-    is_fixed.then(|| Ok(fixed(fixed_cycle(plan, scene, signal)?))).transpose()
-}
-
 /// Returns what the `i`-th signal shows: what it was made to show, or the state of the phase in which its program is; `None` for a
 /// phase that the program does not have.
 fn lights<'a>(
@@ -758,28 +715,4 @@ fn lights<'a>(
 ) -> Option<&'a String> {
     let Some(running) = &programs[i] else { return Some(&shown[i]) };
     running.program.phases.get(phases[i] as usize).map(|phase| &phase.state)
-}
-
-/// Returns when the first green of a drive's cycle begins, seconds.
-fn offset_s(drive: &Drive) -> f64 {
-    match drive {
-        Drive::Recorded(_, offset_s) => *offset_s,
-        _ => 0.0,
-    }
-}
-
-/// Returns what a signal runs: what was installed, or its own program, as the network has it.
-fn running(
-    signal: &SignalInfo,
-    installed: Option<Program>,
-    offset_s: f64,
-    on_red: &OnRed,
-) -> Option<Running> {
-    let own = || on_red.own(signal, &signal.active_program).cloned();
-    let id = signal.id.clone();
-    let made = |program, own| Running { signal: id, own, offset_s, program };
-    match installed {
-        Some(program) => Some(made(program, false)),
-        None => own().map(|program| made(program, true)),
-    }
 }

@@ -32,9 +32,8 @@ pub struct Warning {
 }
 
 /// Returns warnings of a signal in words, all of one kind in one sentence.
-pub fn folded<'a>(warnings: impl IntoIterator<Item = &'a Warning>) -> Vec<String> {
-    let kinds = by_kind(warnings.into_iter().map(|warning| ("", warning)));
-    kinds.iter().map(|kind| said(kind)).collect()
+pub fn folded(warnings: Vec<Warning>) -> Vec<String> {
+    of_signals(&[("", warnings)])
 }
 
 /// Returns the warnings of several signals in words: which signals a sentence is about stands before it.
@@ -43,34 +42,25 @@ pub fn folded<'a>(warnings: impl IntoIterator<Item = &'a Warning>) -> Vec<String
 ///
 /// * `signals` — the name of each signal, and what is to be said of it.
 pub fn of_signals(signals: &[(&str, Vec<Warning>)]) -> Vec<String> {
-    let each = signals.iter().flat_map(|(name, all)| all.iter().map(move |w| (*name, w)));
-    let line = |kind: &Vec<(&str, &Warning)>| {
-        let mut names: Vec<&str> = kind.iter().map(|(name, _)| *name).collect();
-        names.dedup();
-        let signals = if names.len() == 1 { "signal" } else { "signals" };
-        format!("{signals} {}: {}", names.join(", "), said(kind))
-    };
-    by_kind(each).iter().map(line).collect()
-}
-
-fn by_kind<'a>(
-    warnings: impl Iterator<Item = (&'a str, &'a Warning)>,
-) -> Vec<Vec<(&'a str, &'a Warning)>> {
-    let mut kinds: Vec<Vec<(&str, &Warning)>> = Vec::new();
-    for (name, warning) in warnings {
-        match kinds.iter_mut().find(|kind| kind[0].1.text == warning.text) {
-            Some(kind) => kind.push((name, warning)),
-            None => kinds.push(vec![(name, warning)]),
-        }
+    // Sentences with their signals and what they are about.
+    let mut kinds: Vec<(&str, Vec<&str>, Vec<&str>)> = Vec::new();
+    for (name, w) in signals.iter().flat_map(|(name, all)| all.iter().map(move |w| (*name, w))) {
+        match kinds.iter_mut().find(|kind| kind.0 == w.text) {
+            Some((_, names, subjects)) => (names.push(name), subjects.push(&w.about)),
+            None => ((), kinds.push((w.text, vec![name], vec![&w.about]))),
+        };
     }
-    kinds
-}
-
-/// Returns warnings of one kind in a sentence.
-fn said(kind: &[(&str, &Warning)]) -> String {
-    let mut subjects: Vec<&str> = kind.iter().map(|(_, warning)| &*warning.about).collect();
-    subjects.dedup();
-    kind[0].1.text.replace("{}", &subjects.join(", "))
+    let line = |(text, mut names, mut subjects): (&str, Vec<&str>, Vec<&str>)| {
+        names.dedup();
+        subjects.dedup();
+        let said = text.replace("{}", &subjects.join(", "));
+        match &names[..] {
+            [""] => said,
+            [name] => format!("signal {name}: {said}"),
+            names => format!("signals {}: {said}", names.join(", ")),
+        }
+    };
+    kinds.into_iter().map(line).collect()
 }
 
 /// Returns what of a signal changes results, in the order of lanes, movements and phases.
@@ -114,19 +104,12 @@ mod tests {
         scene.signals[0].programs[0].kind = ProgramKind::Other;
         let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
         let found = warnings(&derived);
-        let said = folded(&found);
-        for (said, expected) in said
-            .iter()
-            .zip(["lanes e_0 (8.9 m)", "8 from n_0", "the greens rrrrG,", "such as NEMA"])
-        {
-            assert!(said.contains(expected), "{said}");
-        }
+        let said = folded(found.clone());
+        let parts = ["lanes e_0 (8.9 m)", "8 from n_0", "the greens rrrrG,", "such as NEMA"];
+        assert!(said.iter().zip(parts).all(|(said, part)| said.contains(part)), "{said:?}");
         assert!(said.len() == 4 && said[1].contains("from w_0"), "{said:?}");
-        let told = of_signals(&[
-            ("A", found.clone()),
-            ("B", vec![found[found.len() - 1].clone()]),
-            ("C", vec![]),
-        ]);
+        let last = found[found.len() - 1].clone();
+        let told = of_signals(&[("A", found), ("B", vec![last]), ("C", vec![])]);
         assert_eq!(told.len(), 4);
         assert!(told[0].starts_with("signal A: ") && told[3].starts_with("signals A, B: "));
     }

@@ -353,10 +353,8 @@ impl ExistingPlan {
     /// Checks that the reference phases can hold the green, one per ring, and that the splits make the cycle.
     fn check_cycle(&self, numbers: &BTreeSet<u32>) -> Result<(), String> {
         if let Some(unknown) = self.reference.iter().find(|number| !numbers.contains(number)) {
-            let known: Vec<String> = numbers.iter().map(u32::to_string).collect();
-            let known = known.join(", ");
             return Err(format!(
-                "reference phase {unknown} is none of the phases ({known}); correct the reference"
+                "reference phase {unknown} is none of the phases {numbers:?}; correct the reference"
             ));
         }
         let is_coordinated = self.control == Control::Coordinated;
@@ -611,7 +609,7 @@ mod tests {
             (&|p| p.phases[1].min_green_s = 30.0, "phase 2: the shortest green of 30 s is longer"),
             (
                 &|p| p.reference = vec![3],
-                "phase 3 is none of the phases (1, 2, 4, 5, 6, 8); correct",
+                "phase 3 is none of the phases {1, 2, 4, 5, 6, 8}; correct",
             ),
             (&|p| p.reference.clear(), "give the phases that hold the green"),
             (&|p| p.reference = vec![1, 2], "as reference, one per ring, such as 2 6"),

@@ -283,8 +283,7 @@ mod tests {
     }
 
     fn described(arms: Vec<Approach>) -> Vec<f64> {
-        let intersection = Intersection { arms, ..Intersection::default() };
-        describing(&intersection, &FamilySettings::default())[6..].to_vec()
+        describing(&intersection(arms), &FamilySettings::default())[6..].to_vec()
     }
 
     #[test]

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use sheet::uneven::is_utdf;
 use sheet::{Fault, Sheet};
 use toml::Table;
 
@@ -281,10 +280,6 @@ fn plans_of(
 ) -> Result<Option<Plans>, FamilyError> {
     let Some(path) = &scenario.family.existing else { return Ok(None) };
     let text = table(path).map_err(|e| unreadable(e, file, "family.existing", path))?;
-    if is_utdf(text.as_bytes()) {
-        let message = "a network in UTDF, not a table of phases; give it with --existing, or with build-networks --utdf";
-        return Err(at(path, Fault { line: 1, message: message.to_owned() }));
-    }
     existing::read(&text, path).map(Some)
 }
 

@@ -18,11 +18,11 @@ use std::sync::Mutex;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::default_program::buttons;
 use super::demand::DemandSpec;
 use super::intersection::IntersectionSpec;
 use super::netconvert::Netconvert;
 use super::plain::DEFAULT_PROGRAM;
-use super::retime::buttons;
 use super::validate::validate;
 use crate::network::error::NetworkError;
 use crate::network_files::{BY_HASH, FILE_ENDINGS, NetworkFiles, TEMPORARY, address, file_name};

@@ -27,11 +27,11 @@ use std::collections::BTreeSet;
 
 use osm_signals::Turn;
 
+use super::default_program::cycle_s;
 use super::demand::DemandSpec;
 use super::intersection::IntersectionSpec;
 use super::lanes::{LaneLayout, turns_left_from_its_own_lanes};
 use super::movements::opposite;
-use super::retime::cycle_s;
 use crate::junction::incoming_edge;
 use crate::settings::{LeftTurns, NetworkSettings, SignalSettings};
 use basics::units::{SECONDS_PER_HOUR, mph_to_mps};

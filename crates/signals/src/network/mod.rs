@@ -7,6 +7,7 @@
 
 pub mod bays;
 pub mod build;
+pub mod default_program;
 pub mod demand;
 pub mod error;
 pub mod intersection;
@@ -16,6 +17,5 @@ pub mod movements;
 pub mod netconvert;
 pub mod phases;
 pub mod plain;
-pub mod retime;
 mod tool;
 pub mod validate;

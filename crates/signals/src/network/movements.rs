@@ -111,11 +111,7 @@ mod tests {
 
     /// Turns of one arm as letters with the arms that they lead to.
     fn turns(spec: &IntersectionSpec, from: usize) -> String {
-        let letter = |m: &Movement| match m.turn {
-            Turn::Left => 'l',
-            Turn::Through => 's',
-            Turn::Right => 'r',
-        };
+        let letter = |m: &Movement| ['l', 's', 'r'][m.turn as usize];
         let all = movements(spec).unwrap();
         all.iter().filter(|m| m.from == from).map(|m| format!("{}{}", letter(m), m.to)).collect()
     }

@@ -6,7 +6,7 @@
 //!
 //! The default program has netconvert's greens in netconvert's order. Cycle and left green come from the
 //! settings, whose defaults are netconvert's; yellow, all-red and shortest greens are those that hold for
-//! every method, see [`retime`](super::retime). With 3 s of yellow the program is what any user of
+//! every method, see [`default_program`](super::default_program). With 3 s of yellow the program is what any user of
 //! netconvert gets for streets of up to 30 mph, but for a second more of left-turn green; netconvert
 //! itself would give faster streets a longer yellow, and wide and slow ones an all-red.
 
@@ -17,13 +17,13 @@ use std::time::Duration;
 
 use osm_signals::Turn;
 
+use super::default_program::{timing, within_limits};
 use super::demand::DemandSpec;
 use super::intersection::IntersectionSpec;
 use super::lanes::{Connection, LaneLayout, layout};
 use super::left_turns::treatments;
 use super::phases::{Lights, PHASES_PROGRAM, on_red, phases, program, stages};
 use super::plain::{self, DEFAULT_PROGRAM};
-use super::retime::{retime, timing};
 use super::tool::{find, finish};
 use crate::junction::{Conflicts, Movement};
 use crate::network::error::NetworkError;
@@ -117,14 +117,14 @@ impl Netconvert {
             without_merging(&mut own, &layout, &movement_of_link, &spec.merging);
         }
         let mut own = match &lefts {
-            None => retime(&own, &timing, settings),
+            None => within_limits(&own, &timing, settings),
             Some(lefts) => {
                 let states: Vec<_> = own.iter().map(|p| (p.state.as_str(), p.duration_s)).collect();
                 let greens_of_own: Vec<Lights> = (timing.greens(&states).into_iter())
                     .map(|i| lights(states[i].0, &movement_of_link))
                     .collect();
                 let stages = stages(&greens_of_own, &layout, &conflicts, lefts);
-                retime(&greens(&stages, &movement_of_link, settings), &timing, settings)
+                within_limits(&greens(&stages, &movement_of_link, settings), &timing, settings)
             }
         };
         if signal.turn_on_red {
@@ -279,7 +279,7 @@ fn greens(
 }
 
 /// Returns the movement of every link.
-pub fn movement_of_link(layout: &LaneLayout, links: &[usize]) -> Vec<usize> {
+fn movement_of_link(layout: &LaneLayout, links: &[usize]) -> Vec<usize> {
     let mut movement_of_link = vec![0; links.len()];
     for (c, link) in layout.connections.iter().zip(links) {
         let movement = layout.movements.iter().position(|m| *m == c.movement);

@@ -159,12 +159,6 @@ impl SumoSim {
         }
     }
 
-    /// Returns the command line with which SUMO is started for an episode, its name first.
-    /// Fails with [`SimError`] when the configuration cannot be read.
-    pub fn command_line(options: &StartOptions) -> Result<Vec<CString>, SimError> {
-        arguments(options, &SumoConfig::read(&options.config)?)
-    }
-
     /// Returns the lanes of the network that is simulated.
     /// Fails with [`SimError`] when nothing runs.
     pub fn topology(&mut self) -> Result<Topology, SimError> {
@@ -287,7 +281,7 @@ impl Sim for SumoSim {
         if !options.config.is_file() {
             return Err(SimError::NoConfig(options.config.clone()));
         }
-        let argv = Self::command_line(options)?;
+        let argv = arguments(options, &SumoConfig::read(&options.config)?)?;
         if RUNNING.swap(true, Ordering::Acquire) {
             return Err(SimError::AlreadyRunning);
         }

@@ -101,7 +101,7 @@ impl Topology {
     }
 
     /// Whether a signal controls some way of the lane.
-    pub fn signalled(&self, lane: usize) -> bool {
+    fn signalled(&self, lane: usize) -> bool {
         self.lanes[lane].ways.iter().any(|way| way.controlled)
     }
 

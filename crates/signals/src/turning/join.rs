@@ -24,11 +24,12 @@ use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
 use super::hour::{DAY_MIN, Hour, Interval, busiest};
-use super::{CountedIntersection, FEW, Period, Towards, TurningCounts};
+use super::{CountedIntersection, Period, Towards, TurningCounts};
 use crate::family::approaches::{
     Approach, Arrivals, Counted, Intersection, MOST_EXITS, MOST_PEDESTRIANS_PER_H,
 };
 use crate::family::doubts::{Doubt, Said};
+use crate::placed::few;
 use crate::vocabulary::{Heading, MOST_OFF_DEG};
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
@@ -185,16 +186,11 @@ impl TurningCounts {
         if rows.iter().any(Option::is_some) {
             return Ok((rows, unknown));
         }
-        let few = |mut ids: Vec<&str>| {
-            let more = if ids.len() > FEW { ", ..." } else { "" };
-            ids.truncate(FEW);
-            format!("{}{more}", ids.join(", "))
-        };
         Err(self.intersections[0].at_first(format!(
             "none of the counted intersections ({}) is one of the table ({}); call them alike in a column INTID, the title \
              or the name of the file, for example with the ids of --signals",
-            few(unknown.iter().map(String::as_str).collect()),
-            few(intersections.iter().map(|i| i.id.as_str()).collect())
+            few(unknown.into_iter()),
+            few(intersections.iter().map(|i| i.id.clone()))
         )))
     }
 }
@@ -567,7 +563,7 @@ impl Joining {
         }
     }
 
-    /// Says which turns were not counted, and which have several exits.
+    /// Says which turns were not counted.
     fn look_at_exits(
         &mut self,
         hour: &Hour,
@@ -579,16 +575,9 @@ impl Joining {
         let counted = [Towards::Left, Towards::Through, Towards::Right]
             .map(|towards| hour.vehicles.contains_key(&(heading, towards)));
         for (i, turn) in TURNS.into_iter().enumerate() {
-            let (exits, word) = (ways.iter().filter(|way| **way == turn).count(), turn.name());
-            if exits > 0 && !counted[i] && volumes[i] == 0.0 {
+            if ways.contains(&turn) && !counted[i] && volumes[i] == 0.0 {
                 let about = "turns that exist were not counted, and have no vehicles";
-                self.said.say(about, format!("{at} {word}"));
-            }
-            if exits > 1 && volumes[i] > 0.0 {
-                self.said.say(
-                    "turns with several exits divide their vehicles equally among them",
-                    format!("{at} {word}: {:.0} veh/h to {exits} exits", volumes[i]),
-                );
+                self.said.say(about, format!("{at} {}", turn.name()));
             }
         }
     }

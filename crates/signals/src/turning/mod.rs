@@ -114,12 +114,6 @@ pub fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, FamilyError> {
     Ok(all)
 }
 
-/// Returns whether one of some lines names movements.
-pub(crate) fn names_movements(lines: &[Line]) -> bool {
-    let layouts = Layout::read(None).unwrap_or_default();
-    layouts.iter().any(|l| (0..lines.len()).any(|i| matches!(l.columns(lines, i), Some(Ok(_)))))
-}
-
 /// The day and the minute of a row, where it has them.
 type Moment = (Option<Date>, Option<u32>);
 

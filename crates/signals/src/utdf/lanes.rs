@@ -1,11 +1,11 @@
-//! The movements of an approach: where they lead, their lanes and their bays.
+//! The movements of an approach: where they lead, their lanes and their bays, and their vehicles.
 //!
 //! - **A movement** is the turn that leads to its destination, whatever its lane group is called; without a destination that
 //!   of its name. Lanes of a left or right group are turn lanes where a through group exists.
 //! - **Lanes that lead away** are those of the link. Where it counts the bays at its far stop line (`Storage`), these are none
 //!   of them. They are at least as many as the widest movement into them has, and as those that have one phase together.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
 use osm_signals::Turn;
@@ -15,7 +15,9 @@ use sheet::Fault;
 use super::plans::MOST_OF_MOVEMENT;
 use super::streets::tenth;
 use super::{Cell, Utdf};
-use crate::family::approaches::{Approach, MOST_PEDESTRIANS_PER_H, MOST_VPH};
+use crate::family::approaches::{
+    Approach, Arrivals, Counted, MOST_EXITS, MOST_PEDESTRIANS_PER_H, MOST_VPH,
+};
 use crate::family::doubts::Said;
 use crate::settings::MIN_PEAK_HOUR_FACTOR;
 use crate::turning::FEW_VEHICLES;
@@ -179,44 +181,22 @@ impl Ways<'_> {
         self.exits.iter().find(leads).map(|(_, turn)| *turn)
     }
 
-    /// Returns the turn of a movement, that of its name where it leads nowhere.
-    fn lane_turn(&self, m: &Movement<'_>) -> Turn {
-        self.turn(m).unwrap_or(m.turn)
-    }
-
     /// Returns the exits of a movement, as positions in [`Self::exits`]: that of its destination, else all of its turn. A
     /// U-turn has the first exit of its turn.
-    pub(super) fn exits_of(&self, m: &Movement<'_>) -> Vec<usize> {
+    fn exits_of(&self, m: &Movement<'_>) -> Vec<usize> {
         let Some(turn) = self.turn(m) else { return Vec::new() };
         let of_turn = || (0..self.exits.len()).filter(|exit| self.exits[*exit].1 == turn);
         let Some(to) = m.to else { return of_turn().collect() };
         let there = of_turn().find(|exit| self.ids[self.exits[*exit].0] == to);
         there.or_else(|| of_turn().next()).into_iter().collect()
     }
-
-    /// Whether several exits have a turn.
-    pub(super) fn has_several(&self, turn: Turn) -> bool {
-        self.exits.iter().filter(|(_, t)| *t == turn).count() > 1
-    }
-}
-
-impl Movement<'_> {
-    /// Whether it leaves by the street with an index, by its destination or else by the compass.
-    pub(super) fn leads_to(&self, up: &[(Heading, &Cell)], street: usize) -> bool {
-        let (heading, cell) = &up[street];
-        let eighths = match self.turn {
-            Turn::Left => 2,
-            Turn::Through => 4,
-            Turn::Right => 6,
-        };
-        self.to.map_or_else(|| self.heading.clockwise(eighths) == *heading, |to| to == cell.text)
-    }
 }
 
 /// Gives an arm its turn lanes. Lanes belong to where they lead, whatever their group is called.
 pub(super) fn give_turn_lanes(arm: &mut Approach, own: &[&Movement<'_>], ways: &Ways<'_>) {
-    let [left, through, right] = [Turn::Left, Turn::Through, Turn::Right]
-        .map(|turn| own.iter().filter(|m| ways.lane_turn(m) == turn).map(|m| m.lanes).sum::<u32>());
+    let [left, through, right] = [Turn::Left, Turn::Through, Turn::Right].map(|turn| {
+        own.iter().filter(|m| ways.turn(m).unwrap_or(m.turn) == turn).map(|m| m.lanes).sum::<u32>()
+    });
     let shares = |turn: Turn, bit: u32| own.iter().any(|m| m.turn == turn && m.shared & bit == bit);
     // Without a through group the lanes that left and right share are neither.
     let is_shared = through == 0 && shares(Turn::Left, 2);
@@ -236,7 +216,7 @@ pub(super) fn give_bays(
 ) {
     for m in own.iter().filter(|m| m.lanes > 0) {
         let Some((storage_m, lanes)) = m.storage else { continue };
-        let (bay, own_lanes) = match ways.lane_turn(m) {
+        let (bay, own_lanes) = match ways.turn(m).unwrap_or(m.turn) {
             Turn::Left => (&mut arm.left_storage_m, arm.left_turn_lanes),
             Turn::Right => (&mut arm.right_storage_m, arm.right_turn_lanes),
             Turn::Through => continue,
@@ -255,15 +235,85 @@ pub(super) fn give_bays(
     }
 }
 
+/// Gives an arm the movements of its lane groups and their volumes.
+pub(super) fn give(arm: &mut Approach, own: &[&Movement<'_>], ways: &Ways<'_>, said: &mut Said) {
+    let at = format!("node {}", arm.intersection);
+    let lost = |m: &Movement<'_>| format!("{at} {}: {:.0} veh/h", m.column, m.volume_vph);
+    const NO_EXIT: &str =
+        "movements have no exit or no lanes, and their vehicles are not simulated";
+    if arm.lanes_in == 0 {
+        own.iter().filter(|m| m.volume_vph > 0.0).for_each(|m| said.say(NO_EXIT, lost(m)));
+        return;
+    }
+    let of_lanes = |turn| own.iter().find(|m| m.lanes > 0 && m.turn == turn);
+    let beside = of_lanes(Turn::Through).or_else(|| of_lanes(Turn::Left));
+    let shares = |m: &Movement<'_>| {
+        let shared = beside.map_or(0, |beside| beside.shared);
+        m.turn == Turn::Left && shared & 1 == 1 || m.turn == Turn::Right && shared & 2 == 2
+    };
+    let mut volumes: BTreeMap<Turn, f64> = BTreeMap::new();
+    let mut exits_vph = [0.0; MOST_EXITS];
+    let (mut peaks, mut heavy, mut total) = (0.0, 0.0, 0.0);
+    for m in own.iter().filter(|m| m.lanes > 0 || m.volume_vph > 0.0 || shares(m)) {
+        let Some(turn) = ways.turn(m) else {
+            if m.volume_vph > 0.0 {
+                said.say(NO_EXIT, lost(m));
+            }
+            continue;
+        };
+        if turn != m.turn {
+            let about = "movements lead elsewhere than their names say, by the coordinates of nodes; lanes and volumes follow the \
+                 coordinates";
+            said.say(about, format!("{at} {} is {}", m.column, turn.name()));
+        }
+        if m.lanes == 0 && m.volume_vph > 0.0 && !shares(m) {
+            let about =
+                "volumes of movements without a lane and without a shared one use the other lanes";
+            said.say(about, lost(m));
+        }
+        *volumes.entry(turn).or_default() += m.volume_vph;
+        total += m.volume_vph;
+        peaks += m.volume_vph / m.peak_hour_factor.unwrap_or(1.0);
+        heavy += m.volume_vph * m.heavy.unwrap_or_default();
+        let exits = ways.exits_of(m);
+        for exit in &exits {
+            // More exits than a network may have are refused with the intersection.
+            if let Some(vph) = exits_vph.get_mut(*exit) {
+                *vph += m.volume_vph / exits.len() as f64;
+            }
+        }
+    }
+    let exits = |turn: &Turn| ways.exits.iter().filter(|(_, other)| other == turn).count();
+    let several = volumes.iter().any(|(turn, vph)| *vph > 0.0 && exits(turn) > 1);
+    arm.movements = [Turn::Left, Turn::Through, Turn::Right]
+        .into_iter()
+        .filter(|turn| volumes.contains_key(turn))
+        .map(letter)
+        .collect();
+    let vph = |turn| volumes.get(&turn).copied().unwrap_or_default();
+    let has_factor = own.iter().any(|m| m.peak_hour_factor.is_some()) && total > 0.0;
+    let has_heavy = own.iter().any(|m| m.heavy.is_some()) && total > 0.0;
+    arm.counted = Some(Counted {
+        left_vph: vph(Turn::Left),
+        through_vph: vph(Turn::Through),
+        right_vph: vph(Turn::Right),
+        arrivals: has_factor.then(|| Arrivals::PeakHourFactor((total / peaks * 1e4).round() / 1e4)),
+        heavy_vehicles: has_heavy.then(|| (heavy / total * 1e4).round() / 1e4),
+        pedestrians_per_h: None,
+        exits_vph: several.then_some(exits_vph),
+    });
+}
+
+/// Returns the letter of a turn in the table of approaches.
+pub(super) fn letter(turn: Turn) -> char {
+    ['l', 's', 'r'][turn as usize]
+}
+
 /// Returns a number of lanes, or a code that is as small; 0 where the cell is empty.
 fn whole(cell: Option<&Cell>, record: &str) -> Result<u32, Fault> {
     let Some(cell) = cell else { return Ok(0) };
     let number = cell.number(record)?;
-    match number.fract() == 0.0 && (0.0..=f64::from(MAX_LANES)).contains(&number) {
-        true => Ok(number as u32),
-        false => Err(Fault::new(
-            cell.line,
-            format!("{record} = {number}: expected a whole number from 0 to {MAX_LANES}"),
-        )),
-    }
+    let is_whole = number.fract() == 0.0 && (0.0..=f64::from(MAX_LANES)).contains(&number);
+    let wrong = || format!("{record} = {number}: expected a whole number from 0 to {MAX_LANES}");
+    is_whole.then_some(number as u32).ok_or_else(|| Fault::new(cell.line, wrong()))
 }

@@ -9,7 +9,6 @@
 mod lanes;
 mod plans;
 mod streets;
-mod volumes;
 mod write;
 
 use std::collections::BTreeMap;
@@ -76,10 +75,6 @@ impl Utdf {
     /// Takes the text of a file; its name is for messages.
     pub fn add(&mut self, bytes: &[u8], file: &str) -> Result<(), FamilyError> {
         let lines = uneven::lines(bytes).map_err(|fault| at(file, fault))?;
-        if !is_utdf(bytes) && crate::turning::names_movements(&lines) {
-            let message = "a table of turning counts, no network; give it with --turning-counts beside --utdf";
-            return Err(at(file, Fault { line: 1, message: message.to_owned() }));
-        }
         file.clone_into(&mut self.file);
         self.take(&lines).map_err(|fault| self.wrong(fault))
     }
@@ -134,7 +129,6 @@ impl Utdf {
 /// * `side` — which traffic of the scenario keeps to.
 pub fn read_plans(path: &Path, side: DrivingSide) -> Result<(Plans, Vec<Doubt>), FamilyError> {
     let file = path.display().to_string();
-    let wrong = |message: String| at(&file, Fault { line: 1, message });
     let bytes = file::read(path, file::TABLE_BYTES).map_err(FileError::at("read", path))?;
     if is_utdf(&bytes) {
         let mut network = Utdf { side, ..Utdf::default() };
@@ -145,22 +139,12 @@ pub fn read_plans(path: &Path, side: DrivingSide) -> Result<(Plans, Vec<Doubt>),
             .filter(|doubt| [NO_PLAN, HALF_WALK].contains(&doubt.about.as_str()))
             .collect();
         if plans.all.is_empty() {
-            let why = doubts
-                .iter()
-                .find(|doubt| doubt.about == NO_PLAN)
-                .map_or_else(|| "it has no section [Phases]".to_owned(), Doubt::brief);
-            return Err(wrong(format!(
-                "no plan that can be shown: {why}; export the network with its phases, or give a table of phases"
-            )));
+            let none = "no plan that can be shown; export the network with its phases, or give a table of phases".to_owned();
+            let why = doubts.iter().map(Doubt::brief);
+            let message = std::iter::once(none).chain(why).collect::<Vec<_>>().join("; ");
+            return Err(at(&file, Fault { line: START, message }));
         }
         return Ok((plans, doubts));
-    }
-    let is_counts =
-        uneven::lines(&bytes).is_ok_and(|lines| crate::turning::names_movements(&lines));
-    if is_counts {
-        return Err(wrong(
-            "a table of turning counts, no plans; give it with --turning-counts".to_owned(),
-        ));
     }
     let text = sheet::decode(&bytes).map_err(|fault| at(&file, fault))?;
     Ok((existing::read(&text, &file)?, Vec::new()))
@@ -239,7 +223,7 @@ impl Utdf {
         if found {
             return Ok(());
         }
-        let message = "no UTDF: no section such as [Lanes] with a line RECORDNAME,INTID,...; export the network as UTDF (CSV)";
+        let message = "no UTDF: no section such as [Lanes] with a line RECORDNAME,INTID,...; export the network as UTDF (CSV), or give counts with --turning-counts";
         Err(Fault::new(lines.first().map_or(START, |line| line.number), message))
     }
 

@@ -17,8 +17,7 @@ use osm_signals::angle::turn_degrees;
 use osm_signals::turn::exits_on;
 use sheet::Fault;
 
-use super::lanes::{Movement, Ways, give_bays, give_turn_lanes};
-use super::volumes::{give, letter, volumes};
+use super::lanes::{Movement, Ways, give, give_bays, give_turn_lanes, letter};
 use super::{Cell, Node, START, Utdf};
 
 use crate::existing::{NamedPlan, Plans};
@@ -307,6 +306,20 @@ impl Utdf {
         let is_metric = self.network.get("metric") == Some(&1.0);
         if is_metric { [1.0, KMH_TO_MPH] } else { [FOOT_M, 1.0] }
     }
+}
+
+impl Movement<'_> {
+    /// Whether it leaves by the street with an index, by its destination or else by the compass.
+    fn leads_to(&self, up: &[(Heading, &Cell)], street: usize) -> bool {
+        let (heading, cell) = &up[street];
+        let eighths = [2, 4, 6][self.turn as usize];
+        self.to.map_or_else(|| self.heading.clockwise(eighths) == *heading, |to| to == cell.text)
+    }
+}
+
+/// Returns the vehicles per hour of the arms of an intersection that were counted.
+fn volumes(intersection: &Intersection) -> impl Iterator<Item = f64> {
+    intersection.arms.iter().filter_map(|arm| arm.counted).map(|counted| counted.total_vph())
 }
 
 /// Returns two directions that are nearly the same.

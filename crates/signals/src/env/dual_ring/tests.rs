@@ -76,13 +76,9 @@ fn a_phase_that_nobody_calls_is_skipped_and_the_main_street_is_recalled() {
 }
 
 #[test]
-fn a_green_ends_when_nobody_passes_for_the_passage_time() {
+fn a_green_ends_by_a_gap_or_at_its_longest_while_another_phase_is_called() {
     // Seen in the seconds that end at 1 to 15; at 17 nobody has passed for two.
     assert_eq!(shown(&[(8, 0..30), (2, 0..15)], 30)[0], (MAIN.to_owned(), 17));
-}
-
-#[test]
-fn a_green_ends_at_its_longest_while_another_phase_is_called() {
     assert_eq!(shown(&[(8, 0..99), (2, 0..99)], 60)[0], (MAIN.to_owned(), 40));
     assert_eq!(shown(&[(2, 0..99)], 90), expected(&[(MAIN, 90)]), "nobody else");
 }

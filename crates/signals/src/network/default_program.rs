@@ -52,7 +52,7 @@ pub fn buttons(spec: &IntersectionSpec, settings: &SignalSettings) -> Option<f64
 }
 
 /// Returns netconvert's program within the limits.
-pub fn retime(
+pub fn within_limits(
     own: &[ProgramPhase],
     timing: &Timing,
     settings: &NetworkSettings,
@@ -153,7 +153,7 @@ mod tests {
         let spec = cross();
         let layout = layout(&spec).unwrap();
         let links: Vec<usize> = (0..12).collect();
-        retime(own, &timing(&spec, &layout, &links, settings), &NetworkSettings::default())
+        within_limits(own, &timing(&spec, &layout, &links, settings), &NetworkSettings::default())
     }
 
     fn greens_of(program: &[ProgramPhase]) -> Vec<f64> {
