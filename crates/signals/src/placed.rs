@@ -23,13 +23,10 @@ use crate::network::error::NetworkError;
 use crate::network::intersection::{IntersectionSpec, intersections};
 use crate::network::lanes::{LaneLayout, layout, link_order};
 use crate::settings::{Detail, LeftTurns};
-use crate::turning::{matched_arms, meant};
+use crate::turning::{few, matched_arms, meant};
 use crate::vocabulary::{Heading, movement_names, number_in, on_side};
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
-
-/// Most names that a message lists.
-const FEW: usize = 6;
 
 /// Plans of point MDPs.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -187,14 +184,6 @@ impl Placed {
         let said = self.refused.iter().map(say).collect();
         Doubt::of("existing plans that cannot be simulated are left out", said)
     }
-}
-
-/// Returns names as messages list them.
-pub(crate) fn few(names: impl Iterator<Item = String>) -> String {
-    let mut names: Vec<String> = names.collect();
-    names.dedup();
-    let more = if names.len() > FEW { ", ..." } else { "" };
-    format!("{}{more}", names[..names.len().min(FEW)].join(", "))
 }
 
 /// Returns an intersection with its period, as messages call it.

@@ -29,10 +29,12 @@ use crate::family::approaches::{
     Approach, Arrivals, Counted, Intersection, MOST_EXITS, MOST_PEDESTRIANS_PER_H,
 };
 use crate::family::doubts::{Doubt, Said};
-use crate::placed::few;
 use crate::vocabulary::{Heading, MOST_OFF_DEG};
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
+
+/// Most names that a message lists.
+const MOST_NAMES: usize = 6;
 
 /// Turns from left to right.
 const TURNS: [Turn; 3] = [Turn::Left, Turn::Through, Turn::Right];
@@ -617,6 +619,14 @@ fn by_turn(volumes: [f64; 3], exits: &[(usize, Turn)]) -> ([f64; 3], [f64; MOST_
         *exit = vph;
     }
     (turns, exits_vph)
+}
+
+/// Returns names as messages list them.
+pub(crate) fn few(names: impl Iterator<Item = String>) -> String {
+    let mut names: Vec<String> = names.collect();
+    names.dedup();
+    let more = if names.len() > MOST_NAMES { ", ..." } else { "" };
+    format!("{}{more}", names[..names.len().min(MOST_NAMES)].join(", "))
 }
 
 #[cfg(test)]

@@ -29,7 +29,7 @@ use hour::Interval;
 pub use hour::Period;
 pub use join::Joined;
 pub use join::meant;
-pub(crate) use join::{FEW_VEHICLES, matched_arms, without_zero_pedestrians};
+pub(crate) use join::{FEW_VEHICLES, few, matched_arms, without_zero_pedestrians};
 
 const LAYOUTS: &str = include_str!("layouts.toml");
 
