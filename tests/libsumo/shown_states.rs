@@ -229,6 +229,7 @@ fn scenario(preset: &str, actions: &str) -> Scenario {
         format!("signal.actions={actions}"),
         format!("demand.horizon_s={HORIZON_S}"),
         "fixed_time.simulations=8".to_owned(),
+        "retime.simulations=20".to_owned(),
         "training.episodes=1".to_owned(),
     ];
     let settings: Vec<Override> = settings.iter().map(|s| s.parse().unwrap()).collect();
