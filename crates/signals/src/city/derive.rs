@@ -54,7 +54,6 @@ use evaluation::family::error::FamilyError;
 use evaluation::settings::overrides::Override;
 use evaluation::settings::wording::explain;
 
-/// What a scenario file says of its demand.
 /// Share of the day's traffic in the hour (K), and of that in the peak direction of a two-way street (D), where counts are
 /// totals of both directions.
 ///
@@ -62,6 +61,7 @@ use evaluation::settings::wording::explain;
 const HOURLY_SHARE: f64 = 0.09;
 const DIRECTIONAL_SPLIT: f64 = 0.55;
 
+/// What a scenario file says of its demand.
 const DEMAND_NOTE: &str = "\
 # Demand is a design hour: hourly_share is the share of the day's traffic in it (1/24 is the mean hour),
 # directional_split the share of a two-way street's hour in its peak direction, which is the one within

@@ -109,8 +109,8 @@ mod tests {
         let mut other = learner(&small(), 1);
         other.load(model).unwrap();
         let e = other.begin(&[wide]).unwrap_err().to_string();
-        let expected = "the model does not fit: it is for signals of [{lanes: 2, phases: 2}], these have \
-                        [{lanes: 2, phases: 3}]";
+        let expected = "the model does not fit: it is for signals of 2 lanes and 2 phases, these have \
+                        2 lanes and 3 phases";
         assert_eq!(e, expected);
     }
 }

@@ -494,8 +494,12 @@ fn check_shape(archive: &Archive, signals: &[SignalSpec]) -> Result<(), ArchiveE
     if found == wanted {
         return Ok(());
     }
-    let words = |shapes: Vec<BTreeMap<String, usize>>| format!("{shapes:?}").replace('"', "");
-    let (found, wanted) = (words(found), words(wanted));
+    let [found, wanted] = [found, wanted].map(|shapes| {
+        let count = |s: &BTreeMap<_, _>, name| s.get(name).copied().unwrap_or_default();
+        let words = shapes.iter().map(|s| [count(s, "lanes"), count(s, "phases")]);
+        let words = words.map(|[lanes, phases]| format!("{lanes} lanes and {phases} phases"));
+        words.collect::<Vec<_>>().join(", ")
+    });
     Err(ArchiveError::Unfit(format!("it is for signals of {found}, these have {wanted}")))
 }
 
