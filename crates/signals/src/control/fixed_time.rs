@@ -330,9 +330,7 @@ impl FixedTime {
         }
         let joint = best.clone();
         self.plans.clone_from(&best);
-        let mut busiest: Vec<usize> = (0..self.signals.len()).collect();
-        let inflow_vph = |signal: &usize| flow_vph[*signal].iter().sum::<f64>();
-        busiest.sort_by(|a, b| inflow_vph(b).total_cmp(&inflow_vph(a)));
+        let busiest = first.busiest();
         for (done, signal) in busiest.iter().enumerate() {
             let left = most.saturating_sub(self.used);
             let share = left / (busiest.len() - done) as u32;

@@ -268,6 +268,16 @@ pub struct EpisodeOutcome {
     pub rings: Vec<Option<RingGreens>>,
 }
 
+impl EpisodeOutcome {
+    /// Returns the signals, those with most vehicles first.
+    fn busiest(&self) -> Vec<usize> {
+        let vehicles: Vec<f64> = self.lane_flow_vph.iter().map(|flow| flow.iter().sum()).collect();
+        let mut busiest: Vec<usize> = (0..vehicles.len()).collect();
+        busiest.sort_by(|a, b| vehicles[*b].total_cmp(&vehicles[*a]));
+        busiest
+    }
+}
+
 /// The greens of the phases of a signal in two rings, as a method may choose them; seconds, by phase.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RingGreens {

@@ -102,9 +102,7 @@ impl Controller for Retime {
         let first = self.run(trainer, SEARCH_SEED)?;
         let finals = 2 * FINAL_SEEDS.count() as u32;
         let most = budget(self.simulations, self.signals.len() as u32).saturating_sub(finals);
-        let vehicles = |signal: &usize| first.lane_flow_vph[*signal].iter().sum::<f64>();
-        let mut busiest: Vec<usize> = (0..self.signals.len()).collect();
-        busiest.sort_by(|a, b| vehicles(b).total_cmp(&vehicles(a)));
+        let busiest = first.busiest();
         let mut best_s = first.delay_s;
         for (done, signal) in busiest.iter().enumerate() {
             let share = most.saturating_sub(self.used) / (busiest.len() - done) as u32;
@@ -339,6 +337,14 @@ mod tests {
         let free = rings(None);
         let longer = free.with(&free.green_s, &[20f64.ln(), 0.0, 0.5f64.ln()]);
         assert_eq!(longer, [10.5, 59.5, 10.5, 59.5, 10.5, 12.5]);
+    }
+
+    #[test]
+    fn an_episode_that_fails_ends_the_search_with_its_error() {
+        let mut fail = |_: &f64| Err(ControlError::Episode("planned failure".into()));
+        let (logs, with) = (|_: &f64| Some(vec![0.0]), |_: &f64, logs: &[f64]| logs[0]);
+        let e = search(&mut vec![(1.0, 0.0)], 30, &logs, &with, &mut fail).unwrap_err();
+        assert!(e.to_string().contains("planned failure"), "{e}");
     }
 
     /// Delay is the distance of a green to 30.5 s; on further seeds a saving is of chance, unless it is real.
