@@ -267,8 +267,8 @@ pub(crate) fn shorter(seen: Seen<'_>) -> (usize, usize) {
 #[cfg(test)]
 mod tests {
     use osm_signals::DrivingSide;
-    use signals::movement_results::Supply;
 
+    use super::super::capacity::tests::movement;
     use super::*;
 
     /// A street of 40 mph with double left turns across one of 30 mph, signalled as the standards want it.
@@ -319,30 +319,12 @@ mod tests {
         }
         let limits =
             SignalSettings { pedestrians: true, lane_width_m: Some(3.66), ..Default::default() };
-        let movement = |(name, vehicles_veh, lanes): (&str, f64, u32)| MovementResult {
+        let of = |(name, vehicles_veh, lanes): (&str, f64, u32)| MovementResult {
             from: plan.ways[name][0].0.clone(),
             to: plan.ways[name][0].1.clone(),
-            movement: name.to_owned(),
-            signal: "c".to_owned(),
-            links: vec![],
-            vehicles_veh,
-            unfinished_veh: 0.0,
-            delay_s: None,
-            stops: None,
-            queue_50_veh: 0.0,
-            queue_95_veh: 0.0,
-            storage_m: None,
-            crosswalk_delay_s: None,
-            supply: Some(Supply {
-                group: name.to_owned(),
-                lanes,
-                group_lanes: lanes,
-                protected_share: 0.0,
-                permissive_share: 0.0,
-                greens_per_h: 0.0,
-            }),
+            ..movement(name, name, [lanes; 2], vehicles_veh, [0.0; 2])
         };
-        let results = [("NBT", through_vph, 2), ("WBL", left_vph, 2)].map(movement);
+        let results = [("NBT", through_vph, 2), ("WBL", left_vph, 2)].map(of);
         let basis = Basis { saturation_vph: 1800.0, hours: 1.0, side: DrivingSide::Right };
         let ratios = of_groups(&supplied(&plan, &results), basis);
         let placed = Placed::new(&plan, &drawn, &limits);

@@ -165,10 +165,10 @@ impl Basis {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn movement(
+    pub(crate) fn movement(
         name: &str,
         group: &str,
         lanes: [u32; 2],
