@@ -165,7 +165,6 @@ fn run(data: &Report) -> Value {
         resamples => identity.sample.resamples(RESAMPLES),
         provenance => provenance(data),
         settings => settings(data),
-        hashes => hashes(data),
         cite => CITATIONS.trim_end(),
         files => data.sections.tables(data),
     }
@@ -282,9 +281,9 @@ fn failed_task(data: &Report, row: &TaskScore) -> Value {
 
 const ALL: &str = include_str!("templates/all.html");
 
-/// Returns the section; `None` where no point MDP has a result.
+/// Returns the section; `None` where no point MDP has a result, and in a comparison, whose files have the rows.
 fn all(data: &Report) -> Result<Option<String>, ReportError> {
-    if data.winners.iter().all(Option::is_none) {
+    if data.runs.is_some() || data.winners.iter().all(Option::is_none) {
         return Ok(None);
     }
     render("all.html", ALL, all_values(data)).map(Some).map_err(ReportError::Template)
@@ -432,7 +431,7 @@ fn sure_values(data: &Report, figures: &[Figure]) -> Value {
     let caption = match many {
         true => format!(
             "Neighbours in the ranking: the lead of a method over the next one, on the same point MDPs and {met}. All {} \
-             pairs are below and in pairs.csv.",
+             pairs are below.",
             pairs.len()
         ),
         false => format!(
@@ -447,8 +446,11 @@ fn sure_values(data: &Report, figures: &[Figure]) -> Value {
         resamples => data.manifest.identity.sample.resamples(RESAMPLES),
         ranks => figure("ranks"),
         pairs => tables::pairs(data, pairs.iter().filter(neighbours)).html(&caption),
-        all_pairs => many.then(|| {
-            tables::pairs(data, pairs).html("Every pair of methods, the better one first.")
+        matrix => many.then(|| {
+            tables::matrix(data).html(
+                "By how much the method of a row is ahead of that of a column, with the 95% interval; open where it \
+                 contains 0. Full precision: pairs.csv.",
+            )
         }),
         count => pairs.len(),
         left_out => data.unranked().map(|m| m.method.clone()).collect::<Vec<_>>().join(", "),
@@ -570,17 +572,6 @@ fn told(own: &OwnMethod) -> String {
     let about = [format!("{} ({})", own.source, own.kind.in_words()), own.summary.clone()];
     let parts = about.into_iter().chain(files).chain(versions).filter(|part| !part.is_empty());
     parts.collect::<Vec<_>>().join("; ")
-}
-
-/// Returns the files that define the point MDPs, with their sha256.
-fn hashes(data: &Report) -> Vec<Value> {
-    let points = data.manifest.identity.points.iter();
-    let files = points.flat_map(|p| p.sha256.iter().map(move |(file, sha)| (p, file, sha)));
-    files
-        .map(|(p, file, sha256)| {
-            context! { point => p.point.as_str(), file => file.as_str(), sha256 => sha256.as_str() }
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -104,6 +104,14 @@ impl Cell {
         }
     }
 
+    fn latex(&self) -> String {
+        let shown = latex_escaped(&bracketed(&self.shown));
+        match &self.below {
+            Some(below) => format!("{shown} {}", latex_escaped(&bracketed(below))),
+            None => shown,
+        }
+    }
+
     fn line(&self) -> String {
         match &self.below {
             Some(below) => format!("{} ({below})", self.shown),
@@ -238,15 +246,20 @@ impl Table {
     /// # Arguments
     ///
     /// * `about` — what it is a table of, which stands above it as a comment.
-    pub fn latex(&self, about: &str) -> String {
+    /// * `best` — whether the first row is the best and bold.
+    pub fn latex(&self, about: &str, best: bool) -> String {
         let columns: String =
             self.seen().map(|(_, head)| if head.right { 'r' } else { 'l' }).collect();
         let line = |cells: Vec<String>| format!("{} \\\\\n", cells.join(" & "));
         let heading = line(self.seen().map(|(_, head)| latex_escaped(&head.heading)).collect());
-        let row = |row: &Vec<Cell>| {
-            line(self.seen().map(|(i, _)| latex_escaped(&row[i].line())).collect())
+        let row = |(number, row): (usize, &Vec<Cell>)| {
+            let bold = |cell: String| match best && number == 0 {
+                true => format!("\\textbf{{{cell}}}"),
+                false => cell,
+            };
+            line(self.seen().map(|(i, _)| bold(row[i].latex())).collect())
         };
-        let rows: String = self.rows.iter().map(row).collect();
+        let rows: String = self.rows.iter().enumerate().map(row).collect();
         format!(
             "% {}. In the preamble: \\usepackage{{booktabs}}.\n\\begin{{tabular}}{{{columns}}}\n\\toprule\n{heading}\\midrule\n\
              {rows}\\bottomrule\n\\end{{tabular}}\n",
@@ -282,6 +295,13 @@ impl Table {
         }
         html + "</tbody>\n</table>\n"
     }
+}
+
+/// Returns an interval as papers write it, and any other text as it is.
+fn bracketed(text: &str) -> String {
+    let is_number = |end: &&str| end.trim_end_matches('%').parse::<f64>().is_ok();
+    let ends = text.split_once(" to ").filter(|(low, high)| is_number(low) && is_number(high));
+    ends.map_or_else(|| text.to_owned(), |(low, high)| format!("[{low}, {high}]"))
 }
 
 /// Returns a text in which nothing is a command of LaTeX.
@@ -325,9 +345,8 @@ mod tests {
         assert_eq!(table.csv(), "method,score,failed\na_b,0.5,3\n<c>,,0\n");
         assert_eq!(table.json()[1]["score"], Value::Null);
         assert_eq!(table.plain().lines().nth(2).map(str::trim), Some("a_b      0.50 (0.4 to 0.6)"));
-        assert!(
-            table.latex("T").contains("method & score \\\\\n\\midrule\na\\_b & 0.50 (0.4 to 0.6)")
-        );
+        let best = "method & score \\\\\n\\midrule\n\\textbf{a\\_b} & \\textbf{0.50 [0.4, 0.6]}";
+        assert!(table.latex("T", true).contains(best));
         let row = "<tr><th scope=\"row\">&lt;c&gt;</th><td class=\"n\">-</td></tr>";
         assert!(table.html("T").contains(row));
     }

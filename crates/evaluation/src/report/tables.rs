@@ -196,6 +196,24 @@ pub(super) fn pairs<'a>(data: &'a Report, pairs: impl IntoIterator<Item = &'a Pa
     columns.table(pairs)
 }
 
+/// Returns by how much each ranked method is ahead of each one behind it, in the order of the ranking.
+pub(super) fn matrix(data: &Report) -> Cells {
+    let pairs = &data.comparison.pairs;
+    let mut columns = Columns::new().text("", "method", |m: &usize| label(data, &data.methods[*m]));
+    for other in (1..data.methods.len()).filter(|m| !data.methods[*m].is_reference) {
+        columns = columns.shown(data.methods[other].method.as_str(), move |m| {
+            let pair = pairs.iter().find(|pair| (pair.first, pair.second) == (*m, other));
+            pair.map_or_else(Cell::default, |pair| {
+                let (ahead, interval) = format::lead(pair.ahead.value, pair.ahead.interval);
+                let open = if pair.decided() == Decided::Open { "open: " } else { "" };
+                Cell::number(pair.ahead.value, |_| ahead)
+                    .above(interval.map(|interval| format!("{open}{interval}")))
+            })
+        });
+    }
+    columns.table(0..data.methods.len().saturating_sub(1))
+}
+
 /// Returns the probability of every place, a row per method and place.
 fn places(data: &Report) -> Cells {
     let all = data.comparison.ranks.iter().flatten().zip(&data.methods);
@@ -486,7 +504,8 @@ pub(super) fn files(data: &Report) -> Vec<(&'static str, String)> {
         ),
     ];
     let latex = latex.into_iter().filter(|(_, table, _)| !table.is_empty());
-    let latex = latex.map(|(name, table, about)| (name, table.latex(&about)));
+    let best = |name: &str| name == "ranking.tex" && data.best().is_some();
+    let latex = latex.map(|(name, table, about)| (name, table.latex(&about, best(name))));
     let csv = [
         ("scores.csv", Some(scores(data))),
         ("summary.csv", Some(ranking.csv())),
