@@ -77,6 +77,8 @@ fn models_drive_elsewhere_as_they_did_where_they_were_trained() {
     assert!(!folder.says(0, &format!("{beside} beside")).contains("another timing"));
     let delay = |out: &str, task| folder.record(out, task)[0]["metrics"]["delay_s"].clone();
     assert_eq!(delay("beside", 1), delay("out", 1));
+    folder.run("run city.toml --methods idqn --eval-seeds 2 -q --out guarded --set signal.longest_wait_s=20");
+    assert_ne!(delay("guarded", 1), delay("out", 2), "who has waited for 20 s is served");
     let said = folder.says(0, &format!("{beside} other --set signal.delta_time_s=5"));
     assert!(said.contains("m was trained with another timing of signals"), "{said}");
 

@@ -12,15 +12,12 @@ use super::control::program;
 use super::control::registry::METHODS;
 use super::controllers::effort;
 use super::controllers::{create, setup};
-use super::env::World;
-use super::environment::InputFiles;
 use super::environment::{environment, folder_of, planned_demand, planned_world};
 use super::model::{BUILT_ON, SignalModel};
 use super::network_files::GENERATED;
 use super::own::{Create, Own, Play};
 use super::settings::Scenario;
 use super::settings::failure;
-use super::sim::Sim;
 use super::sim::libsumo::SumoSim;
 use super::sim::net_file::signals_in;
 use super::trial::{DELAY, SignalTrial, VEHICLES};
@@ -118,26 +115,6 @@ impl Traffic {
         let own = self.methods[METHODS.len()..].iter().position(|m| m.name == method)?;
         Some(&self.own[own])
     }
-
-    /// Returns a trial in a world.
-    fn in_world<S: Sim + 'static>(
-        &self,
-        sim: S,
-        (world, mut held): (World, InputFiles),
-        scenario: &Scenario,
-        site: &Site<'_>,
-        method: &str,
-        seed: u64,
-    ) -> Result<Box<dyn Trial>, TrialError> {
-        let imported = site.point.environment != GENERATED;
-        let controller = self.controller(method, scenario, imported, seed);
-        let controller = controller.map_err(|e| TrialError::Input(e.into()))?;
-        let env = environment(sim, world, scenario, site.scratch);
-        for path in self.own_of(method).into_iter().flat_map(Own::read) {
-            held.hold(path)?;
-        }
-        Ok(Box::new(SignalTrial::new(env, controller, held)))
-    }
 }
 
 impl Domain for Traffic {
@@ -181,8 +158,15 @@ impl Domain for Traffic {
     ) -> Result<Box<dyn Trial>, TrialError> {
         let scenario = scenario_of(site.settings).map_err(|e| TrialError::Input(e.into()))?;
         let own = method == program::METHOD.name;
-        let world = planned_world(site.point, site.prepared, own, method)?;
-        self.in_world(SumoSim::new()?, world, &scenario, site, method, seed)
+        let (world, mut held) = planned_world(site.point, site.prepared, own, method)?;
+        let (sim, imported) = (SumoSim::new()?, site.point.environment != GENERATED);
+        let controller = self.controller(method, &scenario, imported, seed);
+        let controller = controller.map_err(|e| TrialError::Input(e.into()))?;
+        let env = environment(sim, world, &scenario, site.scratch);
+        for path in self.own_of(method).into_iter().flat_map(Own::read) {
+            held.hold(path)?;
+        }
+        Ok(Box::new(SignalTrial::new(env, controller, held)))
     }
 
     /// SUMO takes a colon in the name of an output for a port to connect to, a comma in the name of an input for the end of

@@ -274,9 +274,8 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
 
 #[cfg(test)]
 mod tests {
-    use std::cell::RefCell;
     use std::path::Path;
-    use std::rc::Rc;
+    use std::sync::mpsc;
 
     use super::super::control::{Drive, GreenPhase, Observation, SignalSpec};
     use super::super::env::testing::{env, env_of, minute};
@@ -334,7 +333,12 @@ mod tests {
     #[test]
     fn a_training_row_has_the_figures_of_the_learner_that_are_numbers() {
         let dir = tempfile::tempdir().unwrap();
-        let env = env(vec![(0.0, 0), (1.0, 1)], dir.path());
+        let (sender, got) = mpsc::channel();
+        let routes = Box::new(move |seed, _: &Path| {
+            sender.send(seed).unwrap();
+            Ok(())
+        });
+        let env = env_of(minute(Some(routes)), vec![(0.0, 0), (1.0, 1)], dir.path());
         let mut trial = SignalTrial::new(env, Box::new(Learner), InputFiles::default());
         let mut rows = Rows::default();
         trial.train(&mut rows).unwrap();
@@ -343,30 +347,14 @@ mod tests {
         assert!(metrics[DELAY] > 0.0, "what was measured counts");
         assert!(!metrics.contains_key("epsilon"));
         assert!(!trial.episode(7).unwrap().contains_key("loss"));
+        assert_eq!(rows.0.iter().map(|r| r.seed).collect::<Vec<_>>(), [100, 101]);
+        assert!(got.try_iter().eq([100, 101, 7]), "vehicles have the seed of the row");
         let best = rows.0.iter().map(|r| r.metrics[DELAY]).fold(f64::INFINITY, f64::min);
         let summary = trial.training_metrics(&rows.0);
         assert_eq!(summary["resco_best_delay_s"], best);
         let mean = (rows.0[0].metrics[DELAY] + rows.0[1].metrics[DELAY]) / 2.0;
         assert_eq!(summary["resco_last_ten_delay_s"], mean);
         assert_eq!(resco(&[]), Metrics::new());
-    }
-
-    #[test]
-    fn vehicles_have_the_seed_of_the_row() {
-        let dir = tempfile::tempdir().unwrap();
-        let got = Rc::new(RefCell::new(Vec::new()));
-        let writer = Rc::clone(&got);
-        let routes = Box::new(move |seed, _: &Path| {
-            writer.borrow_mut().push(seed);
-            Ok(())
-        });
-        let env = env_of(minute(Some(routes)), vec![(1.0, 0)], dir.path());
-        let mut trial = SignalTrial::new(env, Box::new(Learner), InputFiles::default());
-        let mut rows = Rows::default();
-        trial.train(&mut rows).unwrap();
-        trial.episode(7).unwrap();
-        assert_eq!(rows.0.iter().map(|r| r.seed).collect::<Vec<_>>(), [100, 101]);
-        assert_eq!(*got.borrow(), [100, 101, 7]);
     }
 
     #[test]

@@ -8,7 +8,9 @@ use std::collections::BTreeMap;
 
 use super::senses::{Senses, View};
 use super::state::{lane_rows, lanes, wait_reward};
-use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
+use super::{
+    ControlError, Controller, Drive, GreenPhase, Light, Observation, Setup, SignalSpec, Trainer,
+};
 use basics::seed;
 use learners::nn::archive::{Archive, ArchiveError};
 use learners::nn::state::State as _;
@@ -141,6 +143,8 @@ struct Decider {
     state: Vec<f32>,
     next: Vec<f32>,
     asked: usize,
+    /// Time since each phase was shown last, seconds.
+    unshown_s: Vec<f64>,
 }
 
 /// A learner as a controller.
@@ -151,6 +155,8 @@ pub(super) struct Learning<L: Learner> {
     /// The seed of this start of the training.
     start_seed: u64,
     training: TrainingState,
+    /// Time between decisions, and the longest wait, seconds.
+    guard_s: [f64; 2],
     signals: Vec<SignalSpec>,
     deciders: Vec<Decider>,
     pub(super) agents: Vec<(L::Agent, Option<Normaliser>)>,
@@ -163,12 +169,13 @@ pub(super) struct Learning<L: Learner> {
 impl<L: Learner> Learning<L> {
     /// Returns an untrained controller.
     pub(super) fn new(name: &'static str, learner: L, setup: &Setup) -> Self {
-        let Setup { seed, episodes, .. } = *setup;
+        let Setup { seed, episodes, decision_s, longest_wait_s, .. } = *setup;
         Self {
             learner,
             name,
             seed,
             start_seed: seed,
+            guard_s: [decision_s.into(), longest_wait_s],
             training: TrainingState { episodes, ..TrainingState::default() },
             signals: Vec::new(),
             deciders: Vec::new(),
@@ -219,7 +226,8 @@ impl<L: Learner> Learning<L> {
                 normaliser.take_in(&mut own.state[L::HEAD..], self.training.active);
             }
             own.asked = agent.choose(&own.state, signal.phases.len(), &self.training);
-            phases[own.signal] = GreenPhase(own.asked);
+            let overdue = overdue(signal, seen, &mut own.unshown_s, self.guard_s);
+            phases[own.signal] = GreenPhase(overdue.unwrap_or(own.asked));
         }
         Ok(())
     }
@@ -327,6 +335,7 @@ impl<L: Learner> Controller for Learning<L> {
         if let Some(archive) = pending.or_else(|| self.training.model.clone().filter(|_| changed)) {
             self.adopt(&archive)?;
         }
+        self.deciders.iter_mut().for_each(|own| own.unshown_s.clear());
         if self.training.validates {
             self.agents.iter_mut().for_each(|(agent, _)| agent.begin_validation());
         }
@@ -466,6 +475,29 @@ impl<L: Learner> Controller for Learning<L> {
     }
 }
 
+/// Returns the phase that has to be next: of those that were not shown for longer than the longest wait, that with the vehicle
+/// that has waited longest, if that is longer too. A movement waits for the phases that serve it best.
+fn overdue(
+    signal: &SignalSpec,
+    seen: &Observation,
+    unshown_s: &mut Vec<f64>,
+    [decision_s, longest_s]: [f64; 2],
+) -> Option<usize> {
+    unshown_s.resize(signal.phases.len(), 0.0);
+    unshown_s.iter_mut().for_each(|s| *s += decision_s);
+    unshown_s[seen.phase] = 0.0;
+    let wait_s = |phase: &usize| {
+        let service = &signal.phases[*phase].service;
+        let is_best = |m: &usize| signal.phases.iter().all(|p| p.service[*m] <= service[*m]);
+        let served = (0..service.len()).filter(|m| service[*m] != Light::Red && is_best(m));
+        let lanes = served.flat_map(|m| &signal.movements[m].lanes);
+        lanes.map(|lane| seen.lanes[*lane].max_wait_s).fold(0.0, f64::max)
+    };
+    let is_late = |phase: &usize| unshown_s[*phase] > longest_s && wait_s(phase) > longest_s;
+    let late = (0..signal.phases.len()).filter(|phase| longest_s > 0.0 && is_late(phase));
+    late.max_by(|a, b| wait_s(a).total_cmp(&wait_s(b)))
+}
+
 /// Returns senses that see something of their own of a signal.
 fn own_view(senses: &mut Option<Box<dyn Senses>>, signal: usize) -> Option<&mut Box<dyn Senses>> {
     senses.as_mut().filter(|senses| senses.width(signal).is_some())
@@ -507,8 +539,9 @@ fn check_shape(archive: &Archive, signals: &[SignalSpec]) -> Result<(), ArchiveE
 mod tests {
     use super::super::idqn::{Config, create};
     use super::super::state::LANE_WIDTH;
-    use super::super::testing::{QueueWorld, remembered, two_phase_signal};
-    use super::super::{Controller, Setup};
+    use super::super::testing::{QueueWorld, observation, remembered, two_phase_signal};
+    use super::super::{Controller, Observation, Setup};
+    use super::overdue;
 
     fn small() -> Config {
         Config { hidden: 16, ..Config::default() }
@@ -553,6 +586,19 @@ mod tests {
             QueueWorld::DECISIONS
         );
         assert_eq!((remark(2), remark(3)), (Some(expected), None));
+    }
+
+    #[test]
+    fn a_phase_that_vehicles_wait_for_too_long_is_next() {
+        let (signal, mut unshown_s) = (two_phase_signal(), Vec::new());
+        let mut next = |phase, wait_s, longest_s| {
+            let mut seen = Observation { phase, ..observation([1.0; 2], [0.0; 2]) };
+            seen.lanes.iter_mut().for_each(|lane| lane.max_wait_s = wait_s);
+            overdue(&signal, &seen, &mut unshown_s, [10.0, longest_s])
+        };
+        assert_eq!([20.0, 30.0, 40.0].map(|wait| next(0, wait, 25.0)), [None, None, Some(1)]);
+        assert_eq!([(20.0, 25.0), (90.0, 0.0)].map(|(wait, most)| next(0, wait, most)), [None; 2]);
+        assert_eq!([90.0; 3].map(|wait| next(1, wait, 25.0)), [None, None, Some(0)]);
     }
 
     #[test]

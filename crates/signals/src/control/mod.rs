@@ -365,6 +365,8 @@ pub struct Setup {
     pub imported: bool,
     /// Seconds from one decision to the next.
     pub decision_s: u32,
+    /// Waiting time after which a learner must serve a phase, seconds; 0 for none.
+    pub longest_wait_s: f64,
     /// Settings of `nema`.
     pub nema: dual_ring::Config,
 }

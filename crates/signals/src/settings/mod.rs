@@ -322,7 +322,7 @@ pub fn defaults() -> Scenario {
 }
 
 /// A scenario with all settings that can be given.
-const WHOLE: &str = "name = \"x\"\nsignal.max_green_s = 50\nsignal.lane_width_m = 3.0\n\
+const WHOLE: &str = "name = \"x\"\nsignal.max_green_s = 50\nsignal.longest_wait_s = 1\nsignal.lane_width_m = 3.0\n\
     signal.left_turns = \"permissive\"\n\
     signal.pedestrian_calls_per_h = 1.0\nfamily.points = \"p\"\nfamily.zero_pedestrians = true\nfamily.existing = \"e\"\n\
                      family.approaches = \"a\"\nfamily.directional_split = 0.55\n\
