@@ -74,7 +74,7 @@ for run in "${runs[@]}"; do
     code=0
     # shellcheck disable=SC2086 # the arguments of a run are words
     "$BINARY" run ${run#* } $more --out "$out" ${JOBS:+--jobs "$JOBS"} || code=$?
-    [ ! -d "$out/done" ] || "$BINARY" export "$out" --format packed
+    [ ! -d "$out/done" ] || "$BINARY" export "$out"
     # 3: some tasks failed, which the report says.
     [ "$code" = 0 ] || [ "$code" = 3 ] || exit "$code"
 done

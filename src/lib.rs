@@ -37,7 +37,7 @@
 //! | from a sample to the family | [`analysis::estimator`] |
 //! | tables, figures, the page | [`report`]; [`report::Plain`] for a domain that adds nothing |
 //! | families, samples | [`family`], [`sample`] |
-//! | results on disk, read back | [`store`]; [`mod@export`] to one table |
+//! | results on disk, read back | [`store`] |
 //! | scores, ranking, intervals | [`analysis`], [`stats`] |
 //! | networks and learning algorithms, for any task | [`nn`], [`rl`] |
 
@@ -46,9 +46,7 @@ pub mod domains;
 
 pub use basics::{files, hash, heartbeat, machine, seed, suggest, units};
 pub use control_tasks::{self, cartpole};
-pub use evaluation::{
-    analysis, export, family, model, report, run, sample, settings, stats, store, study,
-};
+pub use evaluation::{analysis, family, model, report, run, sample, settings, stats, store, study};
 pub use learners::{nn, rl};
 
 /// Signalised intersections in SUMO: everything that knows of traffic.

@@ -3,14 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::folder::{REPORT, Target, check_file};
+use super::folder::{REPORT, Target};
 use super::output::{line, note};
 use super::report::{MixArgs, print, show};
 use crate::analysis::joined::{Known, Source, join, obstacle, settings};
 use crate::cli::exit::{self, refuse};
 use crate::domains;
-use crate::files::{FileError, write_atomically};
-use crate::report::leaderboard::{json, leaderboard, markdown};
+use crate::files::FileError;
 use crate::report::{Report, Runs, findings};
 use crate::store::Layout;
 use crate::store::results::Results;
@@ -32,30 +31,23 @@ point MDPs of the first run, and its settings. Needs no SUMO.
 Examples:
   tsc-family compare results/published results/mine
   tsc-family compare results/mine results/salt-lake-city --out results/compared
-  tsc-family compare results/mine results/mine-changed results/published --out results/compared
-  tsc-family compare --leaderboard results --out results/README.md")]
+  tsc-family compare results/mine results/mine-changed results/published --out results/compared")]
 pub struct CompareArgs {
     /// Results directories that `run` wrote, of one family, or folders with such
     #[arg(value_name = "RESULTS", required = true)]
     pub results: Vec<PathBuf>,
-    /// Rank all runs instead, per family and preset: one page in Markdown
-    #[arg(long)]
-    pub leaderboard: bool,
     /// Which methods the mix may take
     #[command(flatten)]
     pub mix: MixArgs,
-    /// Folder for the page, tables and figures, or file for a leaderboard [default: none is written]
-    #[arg(long, value_name = "FOLDER|FILE")]
+    /// Folder for the page, tables and figures [default: none is written]
+    #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// Print JSON lines instead of the table: one for the runs, one per method; of a leaderboard one per row
+    /// Print JSON lines instead of the table: one for the runs, one per method
     #[arg(long)]
     pub json: bool,
 }
 
 pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
-    if args.leaderboard {
-        return rank_all(args);
-    }
     let target = args.out.as_ref().map(|out| Target::new(out, out.clone(), Some(out)));
     target.iter().try_for_each(|target| target.check(&REPORT))?;
     let (given, folders): (Vec<&PathBuf>, Vec<&PathBuf>) =
@@ -150,41 +142,6 @@ fn add_fitting(
     Ok(left_out)
 }
 
-/// Ranks all methods of many results directories on one page.
-fn rank_all(args: &CompareArgs) -> anyhow::Result<u8> {
-    if let Some(path) = &args.out {
-        check_file(path, "--out", &[b"# Leaderboard"], "leaderboard")?;
-    }
-    let mut runs = Vec::new();
-    for path in found(&args.results)? {
-        let (name, results) = read(&path)?;
-        let analysis = domains::analysis(&Layout::new(&path), &results)?;
-        runs.push((Source { path: name.clone(), name, results }, analysis));
-    }
-    let tables = leaderboard(runs, &known);
-    if args.json {
-        json(&tables).into_iter().try_for_each(line)?;
-        return Ok(exit::DONE);
-    }
-    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-    let page = absolute(args.out.as_deref().unwrap_or(Path::new("page")));
-    // Links are paths as seen from the page.
-    let link = |path: &str| {
-        let whole = absolute(Path::new(path));
-        let seen = page.parent().and_then(|folder| whole.strip_prefix(folder).ok());
-        seen.map_or_else(|| path.to_owned(), |seen| seen.display().to_string())
-    };
-    let text = markdown(&tables, &link);
-    match &args.out {
-        None => line(text.trim_end())?,
-        Some(path) => {
-            write_atomically(path, text.as_bytes())?;
-            note(format!("leaderboard: {}", path.display()));
-        }
-    }
-    Ok(exit::DONE)
-}
-
 /// Prints what differs between runs, and which episodes they share.
 fn differences(runs: &Runs, has_page: bool) -> anyhow::Result<()> {
     let all = &runs.differences;
@@ -209,7 +166,7 @@ fn differences(runs: &Runs, has_page: bool) -> anyhow::Result<()> {
 /// # Errors
 ///
 /// [`Refused`] for a folder without any.
-pub(super) fn found(dirs: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
+fn found(dirs: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for dir in dirs {
         let before = found.len();

@@ -7,30 +7,25 @@ use serde_json::json;
 use super::folder::check_file;
 use super::output::{line, note};
 use crate::cli::exit;
-use crate::export::{Format, export};
 use crate::store::Layout;
+use crate::store::packed::pack;
+use crate::store::results::Results;
 
 /// `tsc-family export`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Writes a row per episode of training and evaluation, with its task, its seed, every metric, and the \
-features, importance and weight of its point MDP. A failed task has one row, with its reason. The same \
-records give the same bytes. `--format packed` writes the run itself in one small file, as it is published: \
-a folder with this file alone is read and continued like any other.
+Writes the run itself in one small file, without episodes of training: a folder with this file alone is read and \
+continued like any other. The same records give the same bytes. `report` writes all episodes to episodes.csv.
 
-Examples:
-  tsc-family export results/slc
-  tsc-family export results/slc --format packed --out slc.jsonl.xz")]
+Example:
+  tsc-family export results/slc")]
 pub struct ExportArgs {
     /// Results directory that `run` wrote
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// File to write, replacing an earlier export [default: DIR/records.parquet or DIR/run.jsonl.xz]
+    /// File to write, replacing an earlier one [default: DIR/run.jsonl.xz]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Format of the file
-    #[arg(long, value_enum, default_value_t = Format::Parquet)]
-    pub format: Format,
     /// Print a line of JSON instead of text
     #[arg(long)]
     pub json: bool,
@@ -38,13 +33,11 @@ pub struct ExportArgs {
 
 pub(super) fn run(args: &ExportArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
-    let own = || match args.format {
-        Format::Packed => layout.packed(),
-        Format::Parquet => layout.root().join("records.parquet"),
-    };
-    let path = args.out.clone().unwrap_or_else(own);
-    check_file(&path, "--out", &[b"PAR1", b"\xfd7zXZ"], "export of records")?;
-    let (rows, done, tasks) = export(&layout, &path, args.format)?;
+    let path = args.out.clone().unwrap_or_else(|| layout.packed());
+    check_file(&path, "--out", &[b"\xfd7zXZ"], "packed run")?;
+    let results = Results::load_all(&layout)?;
+    let (done, tasks) = (results.done().count(), results.plan().len());
+    let rows = pack(&layout, &results.manifest, results.done().map(|row| row.1), &path)?;
     if args.json {
         line(json!({"event": "export", "path": path, "rows": rows, "done": done, "tasks": tasks}))?;
         return Ok(exit::DONE);

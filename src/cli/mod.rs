@@ -86,7 +86,7 @@ pub enum Command {
     Signals(signals::SignalsArgs),
     /// Write the tables, figures and HTML page of a results directory
     Report(report::ReportArgs),
-    /// Write all records of a results directory to one table: Parquet or CSV
+    /// Pack a results directory into one small file, as runs are published
     Export(export::ExportArgs),
     /// Find damaged files in a results directory
     Check(check::CheckArgs),
@@ -96,7 +96,7 @@ pub enum Command {
     Resume(resume::ResumeArgs),
     /// Measure the error of samples at several budgets, on results of a whole family
     Estimate(estimate::EstimateArgs),
-    /// Rank the methods of several results directories together, or of many as a leaderboard
+    /// Rank the methods of several results directories together
     Compare(compare::CompareArgs),
     /// Rank methods over every combination of one point MDP from each of several families
     Across(across::AcrossArgs),

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::common::{run, stderr, stdout, succeed};
 use crate::families::{MadeUp, equal};
-use crate::made_up::{ended, evaluations, manifest, write_results};
+use crate::made_up::{evaluations, manifest, write_results};
 use tsc_family::stats::Direction;
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Manifest, Task};
@@ -223,33 +223,7 @@ fn of_a_folder_the_runs_are_compared_that_fit_the_first_one() {
     assert!(said.contains("none of the runs in city can be compared with city/resco"), "{said}");
     // What is in the folder does not say which family is meant.
     let said = stderr(&run(root, "compare city"));
-    assert!(said.contains("--leaderboard ranks all runs of folders"), "{said}");
+    assert!(said.contains("compare needs two results directories or more"), "{said}");
     let said = stderr(&run(root, "compare mine nowhere"));
     assert!(said.contains("nowhere"), "{said}");
-}
-
-#[test]
-fn a_leaderboard_has_a_table_per_task_and_the_places_that_intervals_allow() {
-    let folder = tempfile::tempdir().unwrap();
-    let root = folder.path();
-    two_runs(&root.join("city"), |_| {}, delay_s);
-    write_run(&root.join("city/other"), &manifest(&["baseline", "idqn"]), |task| {
-        2.0 * delay_s(task)
-    });
-    // A method that lacks a point MDP has no place, and does not stand for the method of a whole run.
-    let partial = manifest(&["baseline", "actuated"]);
-    fs::create_dir(root.join("part")).unwrap();
-    write_results(&root.join("part"), &partial, |task| {
-        let is_done = task.method == "baseline" || task.point != "busy";
-        ended(&[delay_s(task) - 1.0, delay_s(task) + 1.0]).filter(|_| is_done)
-    });
-    insta::assert_snapshot!("leaderboard", succeed(root, "compare --leaderboard part city"));
-    succeed(root, "compare --leaderboard city --out page.md");
-    fs::write(root.join("notes.md"), "mine").unwrap();
-    let output = run(root, "compare --leaderboard city --out notes.md");
-    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-    let lines = succeed(root, "compare --leaderboard city/one city/two --json");
-    assert_eq!(lines.lines().count(), 4, "{lines}");
-    let output = run(root, "compare --leaderboard city/one/done");
-    assert!(stderr(&output).contains("city/one/done is no results directory"), "{output:?}");
 }

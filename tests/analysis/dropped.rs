@@ -5,10 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::made_up::{ended, equal_points, manifest, reported, words, write_results};
-use tsc_family::analysis::joined::{Known, Source};
-use tsc_family::report::leaderboard::leaderboard;
 
-use tsc_family::domains;
 use tsc_family::report::{self, findings};
 use tsc_family::sample::{Draw, Growth, Look, Sampling, Until};
 use tsc_family::store::dropped::{Dropped, write_dropped};
@@ -162,27 +159,4 @@ fn a_training_that_failed_may_be_what_decides() {
     };
     assert_eq!(behind(false), ["ippo"]);
     assert!(behind(true).is_empty(), "the other training says nothing of the one that failed");
-}
-
-#[test]
-fn who_failed_in_a_run_with_looks_has_no_place_on_the_leaderboard() {
-    let dir = tempfile::tempdir().unwrap();
-    let layout = write_results(dir.path(), &growing(first_place()), |task| {
-        if (task.method.as_str(), task.point.as_str()) == ("idqn", "p5") {
-            return Some(Err("it failed"));
-        }
-        let is_done = task.method.as_str() != "ippo" || task.point.as_str() < "p4";
-        ended(&delays(task)).filter(|_| is_done)
-    });
-    let ippo = Dropped { method: "ippo".into(), look: 1, behind: "fixed-time".into() };
-    write_dropped(&layout, &[ippo]).unwrap();
-    let results = Results::load(&layout).unwrap();
-    let analysis = domains::analysis(&layout, &results).unwrap();
-    let source = Source { name: "run".into(), path: "run".into(), results };
-    let known = |_: &str| Known::default();
-    let tables = leaderboard(vec![(source, analysis)], &known);
-    let rows = &tables[0].rows;
-    let place = |method: &str| rows.iter().find(|row| row.method == method).unwrap().first_place;
-    assert!(place("fixed-time").is_some() && place("ippo").is_some(), "it dropped out");
-    assert_eq!(place("idqn"), None);
 }

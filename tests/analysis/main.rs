@@ -14,7 +14,6 @@ mod damaged;
 mod decided;
 mod dropped;
 mod estimate;
-mod export;
 mod pages;
 mod palette;
 mod published;

@@ -46,6 +46,10 @@ fn every_published_run_is_sound_and_reported() {
         let expected = if whole["missing"] == 0 { 0 } else { 6 };
         assert_eq!(output.status.code(), Some(expected), "{}: {said}", path.display());
         succeed(folder.path(), &format!("report {number}"));
+        succeed(folder.path(), &format!("export {number} --out again.xz"));
+        let packed = |path: &Path| fs::read(path).unwrap();
+        let (again, before) = (folder.path().join("again.xz"), to.join("run.jsonl.xz"));
+        assert!(packed(&again) == packed(&before), "{} is packed otherwise", path.display());
         let page = fs::read_to_string(to.join("report/index.html")).unwrap();
         assert!(page.len() < MOST_BYTES, "{}: {} bytes", path.display(), page.len());
         let numbers = |before: &str| -> BTreeSet<String> {

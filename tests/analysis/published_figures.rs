@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use serde_json::{Map, Value};
 
 use crate::common::succeed;
-use crate::nightly::is_nightly;
 use tsc_family::Training;
 use tsc_family::domains;
 use tsc_family::store::Layout;
@@ -133,70 +132,4 @@ fn ranks_across_families_on_the_page_are_those_of_the_command() {
     let holds = format!("overall order holds in {:.1}% of them", holds.parse::<f64>().unwrap());
     let summary = fs::read_to_string(repository().join("docs/results.md")).unwrap();
     assert!(page.contains(&holds) && summary.contains(&holds), "{holds}");
-}
-
-#[test]
-fn the_leaderboard_is_what_the_records_give() {
-    let page = fs::read_to_string(repository().join("results/README.md")).unwrap();
-    if is_nightly() {
-        let folder = tempfile::tempdir().unwrap();
-        let out = folder.path().join("README.md");
-        let results = folder.path().join("results");
-        std::os::unix::fs::symlink(repository().join("results"), &results).unwrap();
-        succeed(folder.path(), "compare --leaderboard results --out README.md");
-        let text = fs::read_to_string(&out).unwrap().replace("](results/", "](");
-        assert!(
-            text == page,
-            "make it again: tsc-family compare --leaderboard results --out results/README.md"
-        );
-    }
-    // Whatever else it has, the rows of these.
-    let runs =
-        ["nema-resco", "learners-validated-field-20"].map(|name| format!("salt-lake-city/{name}"));
-    let lines = succeed(
-        &repository().join("results"),
-        &format!("compare --leaderboard {} --json", runs.join(" ")),
-    );
-    let mut rows = 0;
-    for line in lines.lines() {
-        let row: Value = serde_json::from_str(line).unwrap();
-        let (method, path) = (row["method"].as_str().unwrap(), row["path"].as_str().unwrap());
-        let [score, low, high] =
-            [&row["score"], &row["interval"][0], &row["interval"][1]].map(|v| v.as_f64().unwrap());
-        let is_it = |line: &&str| {
-            line.contains(&format!("| {method} |")) && line.contains(&format!("({path})"))
-        };
-        let Some(line) = page.lines().find(is_it) else {
-            // A run of more point MDPs is there for it.
-            let is_there = page.lines().any(|line| line.contains(&format!("| {method} |")));
-            assert!(method == "baseline" || is_there, "{path}: {method} is not on the page");
-            continue;
-        };
-        let cell = line.split('|').nth(3).unwrap();
-        let numbers: Vec<f64> = cell
-            .split(|c: char| !c.is_ascii_digit() && c != '.')
-            .filter_map(|n| n.parse().ok())
-            .collect();
-        for (shown, is) in numbers.iter().zip([score, low, high]) {
-            assert!((shown - is).abs() <= 0.006, "{line}: {score} ({low} to {high})");
-        }
-        rows += 1;
-    }
-    assert!(rows >= 4, "{lines}");
-    for entry in
-        ["cartpole", "salt-lake-city"].map(|family| repository().join("results").join(family))
-    {
-        for run in fs::read_dir(&entry)
-            .unwrap()
-            .map(|e| e.unwrap().path())
-            .filter(|p| p.join("run.jsonl.xz").exists())
-        {
-            let link =
-                run.strip_prefix(repository().join("results")).unwrap().display().to_string();
-            assert!(
-                page.contains(&format!("({link})")),
-                "{link} is not on the page; make it again"
-            );
-        }
-    }
 }

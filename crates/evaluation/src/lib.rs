@@ -1,11 +1,10 @@
 //! Evaluates methods over a family of point MDPs with a budget, whatever the task is.
 //!
 //! [`family`] and [`sample`] choose point MDPs, [`run`] plans and does tasks, [`store`] keeps their records,
-//! [`analysis`] makes scores and intervals of them with [`stats`] and [`model`], and [`report`] and [`mod@export`]
-//! write them. [`study`] says how wrong estimators are.
+//! [`analysis`] makes scores and intervals of them with [`stats`] and [`model`], and [`report`]
+//! writes them. [`study`] says how wrong estimators are.
 
 pub mod analysis;
-pub mod export;
 pub mod family;
 pub mod model;
 pub mod report;

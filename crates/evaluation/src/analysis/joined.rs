@@ -100,7 +100,7 @@ impl Source {
         runs.into_iter().zip(names).map(source).collect()
     }
 
-    pub(crate) fn identity(&self) -> &Identity {
+    fn identity(&self) -> &Identity {
         &self.results.manifest.identity
     }
 }
@@ -121,9 +121,8 @@ pub fn join(sources: Vec<Source>, known: &Known) -> Result<Joined, AnalysisError
     let first = match &sources[..] {
         [first, _, ..] => first,
         _ => {
-            return refused(
-                "compare needs two results directories or more of one family; --leaderboard ranks all runs of folders".to_owned(),
-            );
+            let needed = "compare needs two results directories or more of one family";
+            return refused(needed.to_owned());
         }
     };
     for (at, other) in sources.iter().enumerate().skip(1) {
@@ -158,7 +157,7 @@ fn refused<T>(text: String) -> Result<T, AnalysisError> {
 }
 
 /// Refuses two runs whose methods did not have the same task.
-pub(crate) fn check_together(a: &Source, b: &Source, known: &Known) -> Result<(), AnalysisError> {
+fn check_together(a: &Source, b: &Source, known: &Known) -> Result<(), AnalysisError> {
     let (one, other) = (a.identity(), b.identity());
     let preset = |i: &Identity| i.settings["preset"].as_str().unwrap_or("not set").to_owned();
     let of = |what: &str, value: &dyn Fn(&Identity) -> String, way_out: &str| {
@@ -366,7 +365,7 @@ fn key(task: &Task) -> Key<'_> {
 type Rows<'a> = Vec<(u64, &'a Metrics)>;
 
 /// What tasks measured on every seed.
-pub(crate) type Evaluated<'a> = HashMap<Key<'a>, Rows<'a>>;
+type Evaluated<'a> = HashMap<Key<'a>, Rows<'a>>;
 
 /// Returns what two runs measured in the tasks of a method that both have.
 fn shared<'a, 'b>(
@@ -379,11 +378,7 @@ fn shared<'a, 'b>(
 }
 
 /// Returns what was measured on point MDPs with the seeds that follow from these.
-pub(crate) fn evaluations<'a>(
-    source: &'a Source,
-    points: &[PointRow],
-    seeds: &[u64],
-) -> Evaluated<'a> {
+fn evaluations<'a>(source: &'a Source, points: &[PointRow], seeds: &[u64]) -> Evaluated<'a> {
     let seeds: HashMap<&str, BTreeSet<u64>> = (points.iter())
         .map(|p| (p.point.as_str(), p.evaluation_seeds(seeds).into_iter().collect()))
         .collect();
@@ -398,7 +393,7 @@ pub(crate) fn evaluations<'a>(
 }
 
 /// Whether two runs have the same records of a method wherever both have some, and both have some somewhere.
-pub(crate) fn agree(a: &Evaluated<'_>, b: &Evaluated<'_>, method: &str) -> bool {
+fn agree(a: &Evaluated<'_>, b: &Evaluated<'_>, method: &str) -> bool {
     let mut some = false;
     let all = shared(a, b, method).all(|(_, x, y)| {
         some |= !x.is_empty();

@@ -10,7 +10,6 @@ pub mod figures;
 pub mod findings;
 pub mod format;
 mod html;
-pub mod leaderboard;
 pub mod page;
 pub mod palette;
 mod sections;
