@@ -22,7 +22,7 @@ pub(crate) fn archive(bytes: &[u8]) {
     let signals = |saved| SignalModel::new(saved, METHODS);
     let Ok(model) = SavedModel::of(path, archive).and_then(signals) else { return };
     let scenario = load("smoke").expect("it is embedded").scenario;
-    if let Ok(scenario) = model.scenario(&scenario, &[]) {
+    if model.check(&scenario).is_ok() {
         let _ = model.controller("fuzz", &scenario, |scenario, seed| {
             create(&model.saved.card.method, scenario, false, seed)
         });

@@ -75,12 +75,7 @@ def test_a_learner_has_another_reward_or_observation(tsc_family, networks, tmp_p
 
     # The models are played again with the class beside them, and only so.
     for name in learners:
-        model = models(tmp_path / "out")[name, "busy"]
-        evaluate = ["evaluate", "--model", str(model), "smoke", "--point", "busy", "--eval-seeds", "1", "--networks", networks]
-        evaluate += ["--set", "demand.horizon_s=120"]
-        with_class = tsc_family(*evaluate, "--controller", f"{name}=mine.py:{name.capitalize()}")
-        assert with_class.returncode == 0, with_class.stderr
-        alone = tsc_family(*evaluate)
+        alone = tsc_family("run", "smoke", "--model", f"saved={models(tmp_path / 'out')[name, 'busy']}", "--dry-run")
         assert alone.returncode == 2 and f"--controller {name}=FILE.py:CLASS" in alone.stderr
 
 
@@ -111,20 +106,12 @@ class Own(tf.Controller):
 """
     done = run(tsc_family, networks, tmp_path, text, ["Own"])
     assert done.returncode == 0, done.stderr
-    recorded = {
-        first["point"]: [row["metrics"]["delay_s"] for row in rows if row["kind"] == "evaluation"]
-        for first, rows in first_and_rows(tmp_path / "out")
-        if first["method"] == "own"
-    }
-    assert recorded.keys() == {"quiet", "busy"}
-    for (_, point), model in models(tmp_path / "out").items():
-        played = tsc_family(
-            "evaluate", "--model", f"saved={model}", "smoke", "--point", point, "--eval-seeds", "1", "--networks", networks,
-            "--set", "demand.horizon_s=120", "--controller", "own=mine.py:Own", "--json",
-        )  # fmt: skip
-        assert played.returncode == 0, played.stderr
-        lines = [json.loads(line) for line in played.stdout.splitlines()]
-        assert [row["delay_s"] for row in lines if (row["event"], row.get("method")) == ("method", "saved")] == recorded[point]
+    played = tsc_family("evaluate", "--from", "out", "--out", "moved", "--networks", networks, "--controller", "own=mine.py:Own")
+    assert played.returncode == 0, played.stderr
+    rows = list(csv.DictReader((tmp_path / "moved" / "transfer" / "transfer.csv").open(newline="")))
+    assert len(rows) == 4
+    home = [row for row in rows if row["trained_on"] == row["evaluated_on"]]
+    assert len(home) == 2 and all(row["score"] == row["own_training"] for row in home)
 
 
 def test_models_are_methods_of_an_evaluation(tsc_family, networks, tmp_path, monkeypatch):

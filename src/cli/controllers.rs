@@ -59,11 +59,6 @@ impl ControllersArgs {
         Self { controllers: classes.to_vec(), answer_timeout: ANSWER_TIMEOUT_S, ..Self::default() }
     }
 
-    /// Returns the names of the saved models.
-    pub(super) fn model_names(&self) -> Vec<String> {
-        self.models.iter().map(|given| name_of(given)).collect()
-    }
-
     /// Returns all that were given, each with its option.
     fn given(&self) -> impl Iterator<Item = (&'static str, &String)> {
         let options = [

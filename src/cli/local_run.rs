@@ -108,7 +108,7 @@ impl LocalRun<'_> {
 }
 
 /// Says how many tasks failed, and returns the exit code.
-pub(super) fn failures(results: &Results) -> u8 {
+fn failures(results: &Results) -> u8 {
     let (failed, tasks) = (results.failed().count(), results.plan().len());
     let Some((task, record)) = results.failed().next() else { return exit::DONE };
     let reason = record.summary.reason.as_deref().unwrap_or("no reason is known");

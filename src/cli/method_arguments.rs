@@ -188,21 +188,6 @@ pub(crate) fn learner_of(given: &str) -> Result<String, OwnError> {
     Ok(SavedModel::read(Path::new(source))?.card.method)
 }
 
-/// Returns `NAME=FILE` of a model that may be given without a name: then it is called after its method and the point MDP of
-/// its training.
-///
-/// # Arguments
-///
-/// * `taken` — names that others have.
-pub(crate) fn named_model(given: &str, taken: &[String]) -> Result<String, OwnError> {
-    if given.split_once('=').is_some_and(|(name, _)| is_plain(name)) {
-        return Ok(given.to_owned());
-    }
-    let card = SavedModel::read(Path::new(given))?.card;
-    let name = model_name(&card.method, &card.point, card.replicate, taken);
-    Ok(format!("{name}={given}"))
-}
-
 /// Returns what a model is called where nobody says: its method and the point MDP of its training.
 ///
 /// # Arguments

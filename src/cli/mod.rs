@@ -78,7 +78,7 @@ pub enum Command {
     BuildNetworks(Box<build_networks::BuildNetworksArgs>),
     /// Evaluate controllers on a sample of a family
     Run(Box<run::RunArgs>),
-    /// Evaluate models that `run` trained on other point MDPs or SUMO scenarios
+    /// Evaluate all models of a results directory on all its point MDPs
     Evaluate(Box<evaluate::EvaluateArgs>),
     /// Write the vehicles of a recorded episode for plain `sumo`
     Routes(routes::RoutesArgs),

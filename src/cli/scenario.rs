@@ -52,12 +52,6 @@ impl ScenarioArg {
             .collect()
     }
 
-    /// Returns the same with a preset where none is given.
-    pub(super) fn settings_on(&self, preset: Preset) -> Vec<Override> {
-        let preset = self.preset.as_deref().unwrap_or(preset.name());
-        std::iter::once(Override::preset(preset)).chain(self.set.iter().cloned()).collect()
-    }
-
     /// Returns the domain that reads the scenario; `None` for traffic signals.
     pub(super) fn entry(&self) -> Result<Option<&'static Entry>, FamilyError> {
         entry_of(&self.scenario)

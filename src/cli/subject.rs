@@ -87,7 +87,7 @@ fn signals(args: &RunArgs) -> anyhow::Result<SignalProblem> {
     let scenario = &problem.loaded.scenario;
     for (name, model) in args.controllers.read_models()? {
         // What is wrong with one is said before anything is built.
-        model.scenario(scenario, &[])?;
+        model.check(scenario)?;
         if let Some(difference) = model.difference(scenario).filter(|_| !args.quiet) {
             note(format!(
                 "warning: {name} was trained with another timing of signals ({difference}; preset {}); --preset and --set \

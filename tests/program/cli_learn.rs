@@ -43,40 +43,15 @@ fn models_drive_elsewhere_as_they_did_where_they_were_trained() {
     assert!(!folder.has("out/ckpt/000/2.safetensors"));
     assert_eq!(folder.rows("out/report/models.csv").len(), 4);
 
-    let evaluate = "evaluate --model out/models/000/2.safetensors --eval-seeds 2 --json";
-    let of_model = |place: &str| {
-        let mut lines = json_lines(&folder.run(&format!("{evaluate} {place}")));
-        lines.retain(|line| line["event"] == "method");
-        assert_eq!(lines.len(), 2, "{lines:?}");
-        lines.into_iter().find(|l| l["method"] == "idqn-of-narrow").unwrap()
-    };
-    assert_eq!(
-        of_model("--point narrow city.toml")["delay_s"],
-        summary["delay_s"],
-        "as in the run"
-    );
-    let config = "networks/city/narrow/narrow.sumocfg";
-    assert_eq!(of_model(&format!("--sumocfg {config}"))["points"], 1);
-    let unfit = folder.says(3, &format!("{evaluate} --point wide city.toml"));
-    assert!(unfit.contains("the model does not fit these signals: "), "{unfit}");
-    folder.refuses(&[
-        (&format!("{evaluate} --point nowhere city.toml"), "has no point MDP \"nowhere\""),
-        (&format!("{evaluate} --sumocfg nowhere.sumocfg"), "nowhere.sumocfg does not exist"),
-    ]);
-
-    // On many point MDPs, and the baseline once; the same command continues, and finds everything done.
-    let models = "--model out/models/000/1.safetensors --model wide=out/models/000/4.safetensors";
-    let all = format!("evaluate {models} --budget all --eval-seeds 2 --out on-all city.toml");
-    let text = folder.run(&all);
-    assert!(text.contains("mplight-of-narrow") && text.contains("95% interval"), "{text}");
-    let before = folder.records("on-all");
-    assert_eq!(before.len(), 6, "two models and the baseline on two point MDPs");
-    assert_eq!((folder.run(&all), folder.records("on-all")), (text, before));
     // As methods of a run they are what they are alone; another timing of signals is warned of.
     let beside = "run city.toml --methods baseline --model m=out/models/000/1.safetensors --eval-seeds 2 --out";
     assert!(!folder.says(0, &format!("{beside} beside")).contains("another timing"));
     let delay = |out: &str, task| folder.record(out, task)[0]["metrics"]["delay_s"].clone();
     assert_eq!(delay("beside", 1), delay("out", 1));
+    let config = "networks/city/narrow/narrow.sumocfg";
+    let elsewhere = "--methods program --model m=out/models/000/2.safetensors --eval-seeds 1";
+    folder.run(&format!("run --sumocfg {config} {elsewhere} --quiet --out imported"));
+    assert_eq!(folder.record("imported", 2)[0]["outcome"], "ok");
     folder.run("run city.toml --methods idqn --eval-seeds 2 -q --out guarded --set signal.longest_wait_s=20");
     assert_ne!(delay("guarded", 1), delay("out", 2), "who has waited for 20 s is served");
     let said = folder.says(0, &format!("{beside} other --set signal.delta_time_s=5"));

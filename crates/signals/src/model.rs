@@ -13,7 +13,6 @@ use super::settings::{Preset, Scenario, SignalSettings};
 use evaluation::run::RunError;
 use evaluation::run::method::{Method, Training, find};
 use evaluation::run::model::SavedModel;
-use evaluation::settings::overrides::Override;
 use evaluation::store::own::{differing, flat};
 
 /// Entry of a card with the method that one of somebody's own is but for what it sees or is paid for.
@@ -68,28 +67,20 @@ impl SignalModel {
         Ok(Self { settings, preset, signal, saved })
     }
 
-    /// Returns a scenario with the method's and the signals' settings of the model, and settings to
-    /// replace in that.
+    /// Refuses a model that its method cannot use, or whose settings do not exist or are out of range.
     ///
     /// # Errors
     ///
-    /// [`RunError::Model`] when the method cannot use the model, or when a setting does not exist or is out of range.
-    pub fn scenario(
-        &self,
-        scenario: &Scenario,
-        overrides: &[Override],
-    ) -> Result<Scenario, TrafficError> {
+    /// [`RunError::Model`] with the reason.
+    pub fn check(&self, scenario: &Scenario) -> Result<(), TrafficError> {
         let mut scenario = self.with_settings(scenario)?;
         scenario.signal = self.signal.clone();
-        for setting in overrides {
-            scenario = setting.apply(&scenario)?;
-        }
         check(&scenario, "its settings").map_err(|e| self.saved.fail(e.to_string()))?;
         // What makes it unusable on any signal is said before anything is built or simulated.
         if METHODS.iter().any(|m| m.name == self.saved.card.method) {
             self.loaded(create(&self.saved.card.method, &scenario, false, self.saved.card.seed)?)?;
         }
-        Ok(scenario)
+        Ok(())
     }
 
     /// Returns a scenario with the method's settings of the model.

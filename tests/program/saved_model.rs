@@ -1,4 +1,4 @@
-//! `tsc-family evaluate`: what it refuses, word by word.
+//! `--model`: what is refused, word by word.
 
 use std::fs;
 
@@ -38,7 +38,7 @@ fn with(mut archive: Archive, key: &str, value: Value) -> Archive {
 fn refusal(bytes: &[u8]) -> String {
     let folder = Folder::new();
     fs::write(folder.join("m.safetensors"), bytes).unwrap();
-    let said = folder.says(2, "evaluate --model m.safetensors --point busy smoke");
+    let said = folder.says(2, "run smoke --methods baseline --model m=m.safetensors --out out");
     assert!(!folder.has("networks"), "nothing is built for a model that cannot be used");
     said
 }
