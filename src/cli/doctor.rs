@@ -13,15 +13,7 @@ use crate::traffic::network::netconvert::Netconvert;
 /// What stands for a MuJoCo that is missing.
 const MUJOCO_ABSENT: &str = "not found; only half-cheetah and swimmer need it";
 
-/// `tsc-family doctor`.
-#[derive(Debug, clap::Args)]
-pub struct DoctorArgs {
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
-}
-
-pub(super) fn run(args: &DoctorArgs) -> anyhow::Result<u8> {
+pub(super) fn run(json: bool) -> anyhow::Result<u8> {
     let mut problems = Vec::new();
     let (libsumo, sumo) = simulator(&mut problems);
     let netconvert = Netconvert::find().map_err(|e| problems.push(e.to_string())).ok();
@@ -38,7 +30,7 @@ pub(super) fn run(args: &DoctorArgs) -> anyhow::Result<u8> {
     let netconvert = netconvert.map(|n| n.path.display().to_string());
     let (mujoco, workers) = (mujoco(&mut problems), available_parallelism().map_or(1, |n| n.get()));
     let code = if problems.is_empty() { exit::DONE } else { exit::NO_SUMO };
-    if args.json {
+    if json {
         line(json!({
             "tsc_family": built,
             "built_with": RUSTC,

@@ -7,7 +7,6 @@ use control_tasks::mujoco::MujocoError;
 use osm_signals::OsmError;
 
 use crate::analysis::AnalysisError;
-use crate::cli::method_arguments::OwnError;
 use crate::family::error::FamilyError;
 use crate::files::FileError;
 use crate::report::ReportError;
@@ -123,7 +122,6 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             TrafficError::Disturbed(_) => UNEXPECTED,
             _ => USAGE,
         }
-        OwnError { OwnError::Io(e) => file(e), _ => USAGE, }
         FamilyError { FamilyError::Io(e) => file(e), _ => USAGE, }
         NetworkError {
             NetworkError::NoNetconvert { .. } => NO_SUMO,

@@ -7,6 +7,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use crate::cli::exit::{Refused, refuse};
 use crate::traffic::control::registry::METHODS;
 use crate::traffic::control::{Controller, Setup};
 use crate::traffic::domain::Traffic;
@@ -14,7 +15,6 @@ use crate::traffic::model::SignalModel;
 use crate::traffic::own::exec::Exec;
 use crate::traffic::own::{Host, Own, Play};
 use basics::files::FileError;
-use evaluation::run::RunError;
 use evaluation::run::domain::Domain;
 use evaluation::run::method::{Method, Training};
 use evaluation::run::model::{ModelCard, SavedModel};
@@ -35,33 +35,6 @@ const RESERVED: [&str; 4] = ["all", "none", "open", "tie"];
 /// Most characters of a name.
 const MOST_NAME: usize = 40;
 
-/// Why a controller that was given cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum OwnError {
-    /// It is not written as it has to be.
-    #[error("{given:?}: {reason}")]
-    Source {
-        /// What was given.
-        given: String,
-        /// What is wrong with it, and how it has to be.
-        reason: String,
-    },
-    /// What hosts controllers could not open it.
-    #[error("controller {name}: {reason}")]
-    Host {
-        /// Its name.
-        name: String,
-        /// Why.
-        reason: String,
-    },
-    /// A model that cannot be used.
-    #[error(transparent)]
-    Model(#[from] RunError),
-    /// A file that cannot be read.
-    #[error(transparent)]
-    Io(#[from] FileError),
-}
-
 /// Adds a controller to those of signals.
 ///
 /// # Arguments
@@ -74,8 +47,8 @@ pub(crate) fn add(
     given: &str,
     host: Option<&dyn Host>,
     answer: Duration,
-) -> Result<Traffic, OwnError> {
-    let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
+) -> anyhow::Result<Traffic> {
+    let wrong = |reason: String| Refused(format!("{given:?}: {reason}"));
     let form = "write NAME=exec:COMMAND or NAME=FILE.py:CLASS";
     let (name, source) = named(given, form)?;
     check_name(&traffic, &name).map_err(wrong)?;
@@ -94,17 +67,18 @@ pub(crate) fn add(
         return Ok(traffic.with_own(method, Own { about, files, play }));
     }
     if !source.contains(':') {
-        return Err(wrong(form.to_owned()));
+        return Err(wrong(form.to_owned()).into());
     }
     let Some(host) = host else {
         return Err(wrong(
             "this program has no Python; classes are for the tsc-family of the Python package (pip install, \
              docs/own-controller.md), commands for every one (NAME=exec:COMMAND)"
                 .to_owned(),
-        ));
+        )
+        .into());
     };
     let hosted = host.open(source);
-    let mut hosted = hosted.map_err(|reason| OwnError::Host { name: name.clone(), reason })?;
+    let mut hosted = hosted.map_err(|reason| Refused(format!("controller {name}: {reason}")))?;
     hosted.summary = hosted.summary.replace(char::is_control, " ");
     // Where it lies is no part of what it is.
     let (file, class) = source.split_once(".py:").unwrap_or((source, ""));
@@ -145,9 +119,9 @@ fn built_in_learner(name: &str) -> Result<&'static Method, String> {
 /// # Arguments
 ///
 /// * `given` — `NAME=FILE`.
-pub(crate) fn add_plan(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
+pub(crate) fn add_plan(traffic: Traffic, given: &str) -> anyhow::Result<Traffic> {
     let (name, source) = named(given, PLAN_FORM)?;
-    let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
+    let wrong = |reason: String| Refused(format!("{given:?}: {reason}"));
     check_name(&traffic, &name).map_err(wrong)?;
     let path = std::path::absolute(source).map_err(FileError::at("find", source.as_ref()))?;
     let file = label(source);
@@ -162,9 +136,9 @@ pub(crate) fn add_plan(traffic: Traffic, given: &str) -> Result<Traffic, OwnErro
 /// # Arguments
 ///
 /// * `given` — `NAME=FILE`.
-pub(crate) fn add_model(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
+pub(crate) fn add_model(traffic: Traffic, given: &str) -> anyhow::Result<Traffic> {
     let (name, source) = named(given, MODEL_FORM)?;
-    let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
+    let wrong = |reason: String| Refused(format!("{given:?}: {reason}"));
     check_name(&traffic, &name).map_err(wrong)?;
     let model = SignalModel::new(SavedModel::read(Path::new(source))?, traffic.methods())?;
     let path = std::path::absolute(source).map_err(FileError::at("find", source.as_ref()))?;
@@ -183,7 +157,7 @@ pub(crate) fn add_model(traffic: Traffic, given: &str) -> Result<Traffic, OwnErr
 }
 
 /// Returns the learner of a model as the command line gives it.
-pub(crate) fn learner_of(given: &str) -> Result<String, OwnError> {
+pub(crate) fn learner_of(given: &str) -> anyhow::Result<String> {
     let (_, source) = named(given, MODEL_FORM)?;
     Ok(SavedModel::read(Path::new(source))?.card.method)
 }
@@ -207,7 +181,7 @@ pub(crate) fn model_name(method: &str, point: &str, replicate: u32, taken: &[Str
 }
 
 /// Returns name and file of plans as the command line gives them.
-pub(crate) fn plan_file(given: &str) -> Result<(String, &Path), OwnError> {
+pub(crate) fn plan_file(given: &str) -> anyhow::Result<(String, &Path)> {
     named(given, PLAN_FORM).map(|(name, file)| (name, Path::new(file)))
 }
 
@@ -226,10 +200,9 @@ pub(crate) fn add_named(traffic: Traffic, about: &OwnMethod) -> Traffic {
 }
 
 /// Returns name and source of `NAME=SOURCE`.
-fn named<'a>(given: &'a str, form: &str) -> Result<(String, &'a str), OwnError> {
-    let wrong = |reason: &str| {
-        Err(OwnError::Source { given: given.escape_debug().to_string(), reason: reason.to_owned() })
-    };
+fn named<'a>(given: &'a str, form: &str) -> anyhow::Result<(String, &'a str)> {
+    let given_plainly = given.escape_debug().to_string();
+    let wrong = |reason| refuse(format!("{given_plainly:?}: {reason}"));
     match given.split_once('=') {
         // A manifest says it in a line.
         Some((_, source)) if source.chars().any(char::is_control) => wrong(

@@ -42,6 +42,7 @@ use std::process::ExitCode;
 use basics::plain::plain;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 use controllers::ControllersArgs;
 
 use crate::files::FileError;
@@ -103,7 +104,11 @@ pub enum Command {
     /// Rank the methods of a results directory with other importance of the point MDPs
     Sensitivity(sensitivity::SensitivityArgs),
     /// Check SUMO and this machine, and say what is wrong
-    Doctor(doctor::DoctorArgs),
+    Doctor {
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
     /// Do one task of a plan; used by `run`
     #[command(hide = true)]
     Worker(worker::WorkerArgs),
@@ -111,7 +116,15 @@ pub enum Command {
     #[command(hide = true)]
     Work(work::WorkArgs),
     /// Print a completion script for a shell
-    Completions(shell::CompletionsArgs),
+    #[command(after_help = "\
+Examples:
+  tsc-family completions bash > ~/.local/share/bash-completion/completions/tsc-family
+  echo 'source <(tsc-family completions zsh)' >> ~/.zshrc
+  tsc-family completions fish > ~/.config/fish/completions/tsc-family.fish")]
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
 }
 
 /// A program that is this command line with something of its own.
@@ -184,12 +197,12 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Compare(args) => compare::run(&args),
         Command::Across(args) => across::run(&args),
         Command::Sensitivity(args) => sensitivity::run(&args),
-        Command::Doctor(args) => doctor::run(&args),
+        Command::Doctor { json } => doctor::run(json),
         Command::Status(args) => status::run(&args),
         Command::Resume(args) => resume::run(&args),
         Command::Work(args) => work::run(&args),
         Command::Worker(args) => worker::run(&args),
-        Command::Completions(args) => shell::completions(&args),
+        Command::Completions { shell } => shell::completions(shell),
     }
 }
 

@@ -85,9 +85,24 @@ pub(super) fn run(
     };
     let out = &request.out;
     CITY.check(out, "--out", Some(force))?;
-    let shown = Shown { quiet, progress: Mutex::new(None) };
-    let derived = derive(&request, &|event| shown.event(event))?;
-    shown.finish();
+    let shown: Mutex<Option<(Option<&'static str>, Progress)>> = Mutex::new(None);
+    let finish = |is: &dyn Fn(Option<&str>) -> bool| {
+        let shown = shown.lock().ok().and_then(|mut shown| shown.take_if(|(what, _)| is(*what)));
+        shown.into_iter().for_each(|(_, progress)| progress.finish());
+    };
+    let derived = derive(&request, &|event| match event {
+        Event::Progress { what, done, total, point } => {
+            finish(&|shown| shown != what);
+            let Ok(mut shown) = shown.lock() else { return };
+            let new = || (what, Progress::new(total, what, quiet));
+            shown.get_or_insert_with(new).1.set(done, point);
+        }
+        Event::Warning(text) => note(format!("warning: {text}")),
+        Event::Found(_) if quiet => {}
+        Event::Found(text) => note(text),
+        Event::LeftOut(reason) => note(format!("left out: {reason}")),
+    })?;
+    finish(&|_| true);
     derived.write(out)?;
     let page = write_quality(out, &derived.quality, &derived.drawing)?;
     if quiet {
@@ -112,37 +127,6 @@ pub(super) fn run(
 pub(super) fn next(folder: &Path, points: usize, name: &str) -> String {
     let budget = if points > EXAMPLE_BUDGET { EXAMPLE_BUDGET.to_string() } else { "all".into() };
     format!("next: tsc-family run {} --budget {budget} --out results/{name}", quoted(folder))
-}
-
-/// What is said while a city is derived.
-struct Shown {
-    quiet: bool,
-    progress: Mutex<Option<(Option<&'static str>, Progress)>>,
-}
-
-impl Shown {
-    fn event(&self, event: Event<'_>) {
-        match event {
-            Event::Progress { what, done, total, point } => {
-                let Ok(mut shown) = self.progress.lock() else { return };
-                if let Some((_, progress)) = shown.take_if(|(shown, _)| *shown != what) {
-                    progress.finish();
-                }
-                let new = || (what, Progress::new(total, what, self.quiet));
-                shown.get_or_insert_with(new).1.set(done, point);
-            }
-            Event::Warning(text) => note(format!("warning: {text}")),
-            Event::Found(_) if self.quiet => {}
-            Event::Found(text) => note(text),
-            Event::LeftOut(reason) => note(format!("left out: {reason}")),
-        }
-    }
-
-    fn finish(&self) {
-        if let Some((_, progress)) = self.progress.lock().ok().and_then(|mut shown| shown.take()) {
-            progress.finish();
-        }
-    }
 }
 
 /// Returns what was found, in a few lines.
