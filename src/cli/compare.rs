@@ -1,5 +1,7 @@
 //! `tsc-family compare`.
 
+use std::cmp::Reverse;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -26,12 +28,14 @@ const SHOWN: usize = 12;
 The runs have one family, preset, demand and --seed. What differs between them is said first: simulator, \
 build, settings. A method whose records differ between the runs is there once per run, as METHOD@RUN. Scores \
 are relative to the baseline of the first run. Of a folder with runs in it, those are taken that have all \
-point MDPs of the first run, and its settings. Needs no SUMO.
+point MDPs of the first run, and its settings. Folders alone give a leaderboard: a ranking per family, preset \
+and sample of the runs in them. Needs no SUMO.
 
 Examples:
   tsc-family compare results/published results/mine
   tsc-family compare results/mine results/salt-lake-city --out results/compared
-  tsc-family compare results/mine results/mine-changed results/published --out results/compared")]
+  tsc-family compare results/mine results/mine-changed results/published --out results/compared
+  tsc-family compare results")]
 pub struct CompareArgs {
     /// Results directories that `run` wrote, of one family, or folders with such
     #[arg(value_name = "RESULTS", required = true)]
@@ -52,15 +56,29 @@ pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
     target.iter().try_for_each(|target| target.check(&REPORT))?;
     let (given, folders): (Vec<&PathBuf>, Vec<&PathBuf>) =
         args.results.iter().partition(|path| is_run(path) || !path.is_dir());
+    let in_folders =
+        found(&folders)?.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
     let mut runs: Vec<(String, Results)> =
         given.into_iter().map(|path| read(path)).collect::<Result<_, _>>()?;
-    let domain = runs.first().map(|(_, results)| results.manifest.identity.domain.clone());
-    let known = known(&domain.unwrap_or_default());
-    let left_out = add_fitting(&mut runs, &folders, &known)?;
-    let joined = join(Source::named(runs), &known)?;
-    let layout = Layout::new(&joined.sources[joined.sample].path);
-    let sections = domains::sections(&layout, &joined.results)?;
-    let data = args.mix.applied(Report::joined(joined, sections))?;
+    if runs.is_empty() {
+        return leaderboard(in_folders, args);
+    }
+    let left_out = add_fitting(&mut runs, &in_folders);
+    if let ([(first, _)], false) = (&runs[..], in_folders.is_empty()) {
+        left_out.into_iter().for_each(note);
+        let shown: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
+        return refuse(format!(
+            "none of the runs in {} can be compared with {first}; run its methods on the point MDPs, preset and seeds of one \
+             of them",
+            shown.join(", ")
+        ));
+    }
+    if runs.len() < 2 {
+        return refuse(
+            "compare needs two results directories or more of one family, or a folder with runs in it",
+        );
+    }
+    let data = joined(runs, &args.mix)?;
     let runs = data.runs.as_ref().expect("it compares runs");
     if args.json {
         line(runs.json())?;
@@ -78,68 +96,95 @@ pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
     Ok(exit::DONE)
 }
 
+/// Prints a ranking per group of runs that can be compared, those of the largest samples first.
+fn leaderboard(mut all: Vec<(String, Results)>, args: &CompareArgs) -> anyhow::Result<u8> {
+    if args.out.is_some() {
+        return refuse(
+            "a leaderboard has no page; before the folders, name a run with which theirs are compared",
+        );
+    }
+    all.sort_by_key(|(_, run)| Reverse(run.manifest.identity.points.len()));
+    let mut ranked = BTreeSet::new();
+    for first in &all {
+        if ranked.contains(&first.1.sha256) {
+            continue;
+        }
+        let mut group = vec![first.clone()];
+        add_fitting(&mut group, &all);
+        ranked.extend(group.iter().map(|(_, run)| run.sha256.clone()));
+        let data = joined(group, &args.mix)?;
+        let (identity, runs) = (&data.manifest.identity, data.runs.as_ref());
+        let runs = runs.expect("it compares runs");
+        match args.json {
+            true => line(runs.json())?,
+            false => line(format_args!(
+                "\n== {}, preset {}, {} of {} point MDPs: {}\n",
+                identity.scenario,
+                identity.settings["preset"].as_str().unwrap_or("none"),
+                identity.points.len(),
+                identity.sample.family_size,
+                runs.sources.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>().join(", ")
+            ))?,
+        }
+        show(&data, args.json)?;
+    }
+    Ok(exit::DONE)
+}
+
+fn joined(runs: Vec<(String, Results)>, mix: &MixArgs) -> anyhow::Result<Report> {
+    let joined = join(Source::named(runs.clone()), &known(&runs))?;
+    let layout = Layout::new(&joined.sources[joined.sample].path);
+    let sections = domains::sections(&layout, &joined.results)?;
+    mix.applied(Report::joined(joined, sections))
+}
+
 fn read(path: &Path) -> anyhow::Result<(String, Results)> {
     Ok((path.display().to_string(), Results::load(&Layout::new(path))?))
 }
 
-/// Returns what a comparison must know of a domain.
-fn known(domain: &str) -> Known {
-    let domain = domains::domains().into_iter().find(|known| known.name() == domain);
+/// Returns what a comparison must know of the domain of the first run.
+fn known(runs: &[(String, Results)]) -> Known {
+    let name = runs.first().map_or("", |(_, results)| &results.manifest.identity.domain);
+    let domain = domains::domains().into_iter().find(|known| known.name() == name);
     domain.map_or_else(Known::default, |domain| Known {
         methods: domain.methods().iter().map(|method| method.name).collect(),
         episodes: domain.episode_sections(),
     })
 }
 
-/// Adds the runs in folders that can be compared with the first one on all its point MDPs, under the same settings of all
-/// methods; returns why others are left out.
-fn add_fitting(
-    runs: &mut Vec<(String, Results)>,
-    folders: &[&PathBuf],
-    known: &Known,
-) -> anyhow::Result<Vec<String>> {
-    let mut left_out = Vec::new();
-    let Some(first) = runs.first().filter(|_| !folders.is_empty()) else { return Ok(left_out) };
+/// Adds the runs that can be compared with the first one on all its point MDPs, under the same settings of all methods;
+/// returns why others are left out.
+fn add_fitting(runs: &mut Vec<(String, Results)>, others: &[(String, Results)]) -> Vec<String> {
+    let (known, mut left_out) = (known(runs), Vec::new());
     let source = |(path, results): &(String, Results)| Source {
         name: path.clone(),
         path: path.clone(),
         results: results.clone(),
     };
-    let first = source(first);
+    let first = source(&runs[0]);
     let mut taken: Vec<String> = runs.iter().map(|(_, results)| results.sha256.clone()).collect();
-    let folders: Vec<PathBuf> = folders.iter().map(|folder| (*folder).clone()).collect();
-    for path in found(&folders)? {
-        let run = read(&path)?;
+    for run in others {
         if taken.contains(&run.1.sha256) {
             continue;
         }
-        let other = source(&run);
-        let others = settings(&first, &other, known);
-        let reason = match obstacle(&first, &other, known) {
+        let other = source(run);
+        let settings = settings(&first, &other, &known);
+        let reason = match obstacle(&first, &other, &known) {
             // The way out is for who asked for this very run.
             Some(e) => e.to_string().split(';').next().unwrap_or_default().to_owned(),
-            None if others.is_empty() => {
+            None if settings.is_empty() => {
                 taken.push(run.1.sha256.clone());
-                runs.push(run);
+                runs.push(run.clone());
                 continue;
             }
             None => format!(
                 "its settings are others ({}); name the run itself to have it too",
-                others.join(", ")
+                settings.join(", ")
             ),
         };
         left_out.push(format!("{} is left out: {reason}", run.0));
     }
-    if let [(first, _)] = &runs[..] {
-        left_out.into_iter().for_each(note);
-        let shown: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
-        return refuse(format!(
-            "none of the runs in {} can be compared with {first}; run its methods on the point MDPs, preset and seeds of one \
-             of them",
-            shown.join(", ")
-        ));
-    }
-    Ok(left_out)
+    left_out
 }
 
 /// Prints what differs between runs, and which episodes they share.
@@ -166,7 +211,7 @@ fn differences(runs: &Runs, has_page: bool) -> anyhow::Result<()> {
 /// # Errors
 ///
 /// [`Refused`] for a folder without any.
-fn found(dirs: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
+fn found(dirs: &[&PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for dir in dirs {
         let before = found.len();

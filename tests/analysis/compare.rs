@@ -221,9 +221,10 @@ fn of_a_folder_the_runs_are_compared_that_fit_the_first_one() {
     let said = stderr(&run(root, "compare city/resco city"));
     assert!(said.contains("city/one is left out: the preset is"), "{said}");
     assert!(said.contains("none of the runs in city can be compared with city/resco"), "{said}");
-    // What is in the folder does not say which family is meant.
-    let said = stderr(&run(root, "compare city"));
-    assert!(said.contains("compare needs two results directories or more"), "{said}");
+    // Folders alone are a leaderboard: a ranking per family, preset and sample.
+    let text = succeed(root, "compare city");
+    let tables: Vec<&str> = text.lines().filter(|line| line.starts_with("== ")).collect();
+    assert!(tables.len() == 2 && tables[1].contains("preset resco"), "{text}");
     let said = stderr(&run(root, "compare mine nowhere"));
     assert!(said.contains("nowhere"), "{said}");
 }

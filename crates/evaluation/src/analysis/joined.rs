@@ -118,12 +118,8 @@ fn last_parts(path: &str, length: usize) -> String {
 ///
 /// [`AnalysisError`] with the reason and the way out where they cannot be compared.
 pub fn join(sources: Vec<Source>, known: &Known) -> Result<Joined, AnalysisError> {
-    let first = match &sources[..] {
-        [first, _, ..] => first,
-        _ => {
-            let needed = "compare needs two results directories or more of one family";
-            return refused(needed.to_owned());
-        }
+    let Some(first) = sources.first() else {
+        return refused("there is no run to compare".to_owned());
     };
     for (at, other) in sources.iter().enumerate().skip(1) {
         // A run that was made again has the same manifest; the same folder is a slip.

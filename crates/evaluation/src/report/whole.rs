@@ -33,7 +33,7 @@ pub struct Report {
 #[derive(Debug)]
 pub struct Runs {
     /// What they are called, their paths, and the settings of each.
-    pub(super) sources: Vec<(String, String, Arc<Manifest>)>,
+    pub sources: Vec<(String, String, Arc<Manifest>)>,
     /// What differs between them, and how much that matters, a sentence each.
     pub differences: Vec<String>,
     /// How many episodes are equal of methods that several runs have, a sentence each.
