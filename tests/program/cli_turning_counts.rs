@@ -242,7 +242,7 @@ fn a_network_in_utdf_is_simulated_and_its_plans_go_out_and_come_back() {
         ("build-networks --utdf n.csv --only 9 --out x", "9: no intersection is called so"),
         (
             "run networks/n --existing r/report/cabinet.csv --out x",
-            ": rows are of several methods (baseline, nema)",
+            "control differs from that of a row above",
         ),
         ("run networks/n --plan-file a --out x", "\"a\": write NAME=FILE"),
         ("run networks/n --plan-file nema=n.csv --out x", "there is a method nema already"),

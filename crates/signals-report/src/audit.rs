@@ -71,22 +71,15 @@ struct Placed<'a> {
 
 impl<'a> Placed<'a> {
     fn new(plan: &'a ExistingPlan, drawn: &'a DrawnIntersection, limits: &SignalSettings) -> Self {
-        let states = plan.phases.iter().map(|phase| drawn.state(plan, phase)).collect();
-        Self { plan, drawn, timing: drawn.timing(limits), states }
+        Self { plan, drawn, timing: drawn.timing(limits), states: drawn.states(plan) }
     }
 
     /// Returns the phases, each with its state and the approach with the longest crosswalk that people cross in it.
     fn phases(&self) -> impl Iterator<Item = (&PlanPhase, &String, Option<usize>)> {
-        let pairs = || self.plan.phases.iter().zip(&self.states);
-        let walks: Vec<Option<String>> =
-            pairs().map(|(phase, state)| phase.walk_s.map(|_| state.clone())).collect();
-        let crosswalks = 0..self.drawn.incoming().count();
-        let walkers: Vec<_> = crosswalks.map(|c| self.timing.walker(&walks, c)).collect();
-        let length_m = |c: &usize| self.timing.crosswalk_m(*c);
-        pairs().enumerate().map(move |(index, (phase, state))| {
-            let own = (0..walkers.len()).filter(|c| walkers[*c] == Some(index));
-            (phase, state, own.max_by(|a, b| length_m(a).total_cmp(&length_m(b))))
-        })
+        let count = self.drawn.incoming().count();
+        let crosswalks = self.plan.crosswalks(&self.timing, &self.states, count);
+        let phases = self.plan.phases.iter().zip(&self.states).zip(crosswalks);
+        phases.map(|((phase, state), crosswalk)| (phase, state, crosswalk))
     }
 
     /// Returns what is wrong with times and right of way.
@@ -153,16 +146,15 @@ impl<'a> Placed<'a> {
     }
 
     /// Whether yellow and all-red, or walk and clearance, of a phase are shorter than those that other methods have to keep.
-    fn is_shorter(&self, limits: &SignalSettings) -> bool {
-        self.phases().any(|(phase, state, crosswalk)| {
-            let own_s = Change::nearest(phase.change_s()).total_s();
-            let change = self.timing.change(state, &state.replace('G', "r"));
-            let crosswalk = crosswalk.filter(|_| limits.pedestrians);
-            let walk_s = crosswalk.map_or(0, |c| self.timing.crossing_s(c));
-            let own_walk_s: f64 = phase.walk_s.unwrap_or_default().iter().sum();
-            phase.yellow_s > 0.0 && change.is_some_and(|change| own_s < change.total_s())
-                || own_walk_s + 1.0 <= f64::from(walk_s)
-        })
+    fn is_shorter(&self) -> bool {
+        let of = |phase: &PlanPhase| {
+            let walk_s: f64 = phase.walk_s.unwrap_or_default().iter().sum();
+            (Change::nearest(phase.change_s()).total_s(), walk_s)
+        };
+        let legal = self.plan.legal(&self.timing, &self.states).phases;
+        let mut pairs =
+            self.plan.phases.iter().zip(&legal).map(|(own, legal)| (of(own), of(legal)));
+        pairs.any(|(own, legal)| own.0 < legal.0 || own.1 + 1.0 <= legal.1)
     }
 }
 
@@ -201,14 +193,14 @@ fn overloaded(ratios: Vec<(String, f64)>) -> impl Iterator<Item = Finding> {
 }
 
 /// Does something with the plan that a signal has today at every point MDP where it is known.
-fn each<T>(seen: Seen<'_>, of: impl Fn(usize, &Placed<'_>, &SignalSettings) -> T) -> Vec<T> {
+fn each<T>(seen: Seen<'_>, of: impl Fn(usize, &Placed<'_>) -> T) -> Vec<T> {
     let identity = &seen.data.manifest.identity;
     let limits = identity.settings.get("signal").cloned().unwrap_or_default();
     let Ok(limits) = serde_json::from_value::<SignalSettings>(limits) else { return Vec::new() };
     let at = |point: usize| {
         let plan = given_plan(&identity.points[point], existing::METHOD.name)?;
         let drawn = seen.shown.drawing(&identity.points[point].point)?;
-        Some(of(point, &Placed::new(&plan, drawn, &limits), &limits))
+        Some(of(point, &Placed::new(&plan, drawn, &limits)))
     };
     (0..seen.data.points.len()).filter_map(at).collect()
 }
@@ -217,7 +209,7 @@ fn each<T>(seen: Seen<'_>, of: impl Fn(usize, &Placed<'_>, &SignalSettings) -> T
 fn all(seen: Seen<'_>) -> Vec<(usize, Finding)> {
     let methods = &seen.data.manifest.identity.methods;
     let method = methods.iter().position(|m| m == existing::METHOD.name);
-    let of = |point: usize, placed: &Placed<'_>, _: &SignalSettings| {
+    let of = |point: usize, placed: &Placed<'_>| {
         let ratios = method.map(|method| ratios(seen, point, method)).unwrap_or_default();
         let found = placed.findings().into_iter().chain(overloaded(ratios));
         found.map(|found| (point, found)).collect::<Vec<_>>()
@@ -260,7 +252,7 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
 
 /// Returns at how many signals, of how many, what is done today has shorter clearances than other methods have to keep.
 pub(crate) fn shorter(seen: Seen<'_>) -> (usize, usize) {
-    let short = each(seen, |_, placed, limits| placed.is_shorter(limits));
+    let short = each(seen, |_, placed| placed.is_shorter());
     (short.iter().filter(|is| **is).count(), short.len())
 }
 
@@ -270,6 +262,7 @@ mod tests {
 
     use super::super::capacity::tests::movement;
     use super::*;
+    use signals::settings::ChangeInterval;
 
     /// A street of 40 mph with double left turns across one of 30 mph, signalled as the standards want it.
     const PLAN: &str = "\
@@ -282,8 +275,12 @@ mod tests {
         7,pretimed,90,8,2,2,1,SBT SBR,SBL,10,29.9,3.2,1.9,7,18
 ";
 
-    /// Audits the plan with changes of some of its rows, and with some vehicles per hour.
-    fn audited(changes: &[(&str, &str)], [through_vph, left_vph]: [f64; 2]) -> Vec<String> {
+    /// Audits the plan with changes of some of its rows, and with some vehicles per hour. What is found in the plan with legal
+    /// clearances comes second, with its cycle, and the splits of both rings before the barriers.
+    fn audited(
+        changes: &[(&str, &str)],
+        [through_vph, left_vph]: [f64; 2],
+    ) -> (Vec<String>, (Vec<String>, Option<f64>, Vec<f64>)) {
         let mut table = PLAN.replace("        ", "");
         for (from, to) in changes {
             assert!(table.contains(from), "{from}");
@@ -317,8 +314,12 @@ mod tests {
                 plan.ways.insert(format!("{name}{turn}"), vec![way]);
             }
         }
-        let limits =
-            SignalSettings { pedestrians: true, lane_width_m: Some(3.66), ..Default::default() };
+        let limits = SignalSettings {
+            change_interval: ChangeInterval::Kinematic,
+            pedestrians: true,
+            lane_width_m: Some(3.66),
+            ..Default::default()
+        };
         let of = |(name, vehicles_veh, lanes): (&str, f64, u32)| MovementResult {
             from: plan.ways[name][0].0.clone(),
             to: plan.ways[name][0].1.clone(),
@@ -328,13 +329,20 @@ mod tests {
         let basis = Basis { saturation_vph: 1800.0, hours: 1.0, side: DrivingSide::Right };
         let ratios = of_groups(&supplied(&plan, &results), basis);
         let placed = Placed::new(&plan, &drawn, &limits);
-        let found = placed.findings().into_iter().chain(overloaded(ratios));
-        found.map(|f| format!("{} {:.2} {:.2}", f.what, f.value, f.required)).collect()
+        let said = |f: Finding| format!("{} {:.2} {:.2}", f.what, f.value, f.required);
+        let found = placed.findings().into_iter().chain(overloaded(ratios)).map(said);
+        let legal = plan.legal(&placed.timing, &placed.states);
+        let split = |ring: &Vec<usize>| ring.iter().map(|p| legal.phases[*p].split_s()).sum();
+        let splits = legal.sides().iter().flatten().map(split).map(|s: f64| s.round()).collect();
+        let placed = Placed::new(&legal, &drawn, &limits);
+        assert!(!placed.is_shorter());
+        let in_legal = placed.findings().into_iter().map(said).collect();
+        (found.collect(), (in_legal, legal.cycle_s, splits))
     }
 
     #[test]
     fn ten_planted_faults_are_found_and_none_besides() {
-        assert_eq!(audited(&[], [1000.0, 300.0]), [""; 0]);
+        assert_eq!(audited(&[], [1000.0, 300.0]).0, [""; 0]);
         let faults = [
             ("1,WBL,,5,9.8", "1,WBL,,12,9.8"),
             ("EBT EBR,,10,34.8,4", "EBT EBR,EBL,10,35.8,3"),
@@ -357,6 +365,21 @@ mod tests {
             "NBT: volume to capacity: check plan and counts first 1.25 1.00",
             "WBL: volume to capacity 1.10 1.00",
         ];
-        assert_eq!(audited(&faults, [1500.0, 410.0]), expected);
+        let (found, (in_legal, ..)) = audited(&faults, [1500.0, 410.0]);
+        assert_eq!(found, expected);
+        assert_eq!(in_legal, [expected[0], expected[2]], "what is no clearance stays");
+    }
+
+    #[test]
+    fn legal_clearances_keep_the_cycle_where_walks_fit_into_it_and_make_it_longer_otherwise() {
+        let vph = [0.0; 2];
+        let short = [("29.9,3.2,1.9,7,18", "30.9,3.2,0.9,7,9")];
+        assert_eq!(audited(&short, vph).1, (vec![], Some(90.0), vec![55.0, 55.0, 35.0, 35.0]));
+        // 7 s and 22 m at 1.067 m/s are 28 s, with 0.9 s that stays beyond whole seconds and 5.1 s of change 34 s; so are 7 s and 18.3 m 31 s
+        // beside a left turn of 5.8 and 5.2 s.
+        let tight = [("29.9,3.2,1.9,7,18", "20.9,3.2,0.9,7,9"), ("pretimed,90", "pretimed,80")];
+        assert_eq!(audited(&tight, vph).1, (vec![], Some(80.0), vec![46.0, 46.0, 34.0, 34.0]));
+        let tighter = [tight[0], ("10,34.8,4", "10,16.8,4"), ("pretimed,90", "pretimed,62")];
+        assert_eq!(audited(&tighter, vph).1, (vec![], Some(76.0), vec![42.0, 42.0, 34.0, 34.0]));
     }
 }

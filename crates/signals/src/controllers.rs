@@ -56,7 +56,8 @@ pub fn setup(scenario: &Scenario, imported: bool, seed: u64) -> Setup {
     let decision_s = scenario.signal.delta_time_s;
     let (episodes, nema) = (scenario.training.episodes, scenario.nema.clone());
     let longest_wait_s = scenario.signal.longest_wait_s;
-    Setup { seed, episodes, imported, decision_s, longest_wait_s, nema }
+    let fixed_time = scenario.fixed_time.clone();
+    Setup { seed, episodes, imported, decision_s, longest_wait_s, nema, fixed_time }
 }
 
 /// Returns the episodes that a method is trained or tuned for in a scenario with so many signals, at most:

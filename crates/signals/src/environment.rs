@@ -95,11 +95,12 @@ pub fn given(point: &PointRow) -> Result<Given, SimError> {
 }
 
 /// Returns the plan of a generated point MDP that a method runs, as its manifest keeps it: `existing`, with which `retime`
-/// begins, or one of `--plan-file`.
+/// begins unless it has one of its own, or one of `--plan-file`.
 /// The error is what the manifest says instead.
 pub fn existing_plan(point: &PointRow, method: &str) -> Result<Option<ExistingPlan>, String> {
-    let method = if method == retime::METHOD.name { existing::METHOD.name } else { method };
-    let plan = point.given.get(method).filter(|_| point.environment == GENERATED);
+    let today = (method == retime::METHOD.name).then_some(existing::METHOD.name);
+    let plan = point.given.get(method).or_else(|| point.given.get(today?));
+    let plan = plan.filter(|_| point.environment == GENERATED);
     let plan: Option<ExistingPlan> = plan
         .map(|plan| serde_json::from_value(plan.clone()))
         .transpose()

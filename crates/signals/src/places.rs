@@ -12,8 +12,10 @@ use crate::city::surroundings::{Named, read_names, read_streets};
 use crate::existing::{ExistingPlan, PlanPhase};
 use crate::family::load::LoadedScenario;
 use crate::junction::incoming_edge;
+use crate::network::error::NetworkError;
 use crate::network::intersection::{IntersectionSpec, intersections};
 use crate::network::lanes::layout;
+use crate::placed::Placed;
 use crate::settings::{Detail, SignalSettings};
 use crate::timing::{Approach, Timing, Way};
 use crate::vocabulary::{DEFAULT_LANE_WIDTH_M, Heading};
@@ -146,9 +148,9 @@ impl DrawnIntersection {
         Timing::new(settings, self.incoming().map(approach).collect(), links)
     }
 
-    /// Returns the state in which the links of a phase of a plan that was placed are green, and no other.
-    pub fn state(&self, plan: &ExistingPlan, phase: &PlanPhase) -> String {
-        let is_green = |(_, arm, turn): (usize, &DrawnArm, Turn)| {
+    /// Returns per phase of a plan that was placed the state in which its links are green, and no other.
+    pub fn states(&self, plan: &ExistingPlan) -> Vec<String> {
+        let is_green = |phase: &PlanPhase, arm: &DrawnArm, turn: Turn| {
             phase.all_movements().any(|name| {
                 let comes = |(from, _): &(String, String)| *from == arm.edge;
                 let way = Heading::of_movement(name, self.side());
@@ -156,7 +158,11 @@ impl DrawnIntersection {
                     && plan.ways.get(name).is_some_and(|ways| ways.iter().any(comes))
             })
         };
-        self.turns().map(|turn| if is_green(turn) { 'G' } else { 'r' }).collect()
+        let state = |phase: &PlanPhase| {
+            let letters = self.turns().map(|(_, arm, turn)| is_green(phase, arm, turn));
+            letters.map(|is_green| if is_green { 'G' } else { 'r' }).collect()
+        };
+        plan.phases.iter().map(state).collect()
     }
 }
 
@@ -308,11 +314,24 @@ pub(super) fn write(
     Ok(())
 }
 
+/// Returns plans as [`ExistingPlan::legal`] makes them.
+pub(super) fn legal(loaded: &LoadedScenario, today: &Placed) -> Result<Placed, NetworkError> {
+    let (limits, all) = (&loaded.scenario.signal, (0..loaded.members.len()).map(Some));
+    let of = |drawn: DrawnIntersection| {
+        let plan = today.of_point.get(&drawn.point)?;
+        let legal = plan.legal(&drawn.timing(limits), &drawn.states(plan));
+        Some((drawn.point, legal))
+    };
+    let drawings = drawings(loaded, &all.collect::<Vec<_>>())?;
+    let of_point = drawings.into_iter().filter_map(of).collect();
+    Ok(Placed { of_point, ..Placed::default() })
+}
+
 /// Returns how the simulated intersections are drawn; none where four equal arms stand for others.
 fn drawings(
     loaded: &LoadedScenario,
     stands: &[Option<usize>],
-) -> Result<Vec<DrawnIntersection>, Cause> {
+) -> Result<Vec<DrawnIntersection>, NetworkError> {
     if loaded.scenario.family.detail != Detail::PerApproach {
         return Ok(Vec::new());
     }
@@ -328,7 +347,7 @@ fn drawn(
     loaded: &LoadedScenario,
     spec: &IntersectionSpec,
     member: usize,
-) -> Result<DrawnIntersection, Cause> {
+) -> Result<DrawnIntersection, NetworkError> {
     let intersection = &loaded.intersections[member];
     let layout = layout(spec)?;
     let arm = |(i, arm): (usize, &crate::network::intersection::Arm)| {

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use serde_json::{Value, json};
 
-use crate::control::{coordinated, existing, program};
+use crate::control::{coordinated, existing, program, retime};
 use crate::environment::hash_scenario;
 use crate::error::TrafficError;
 use crate::existing::Plans;
@@ -15,6 +15,7 @@ use crate::network::build::{BuildOptions, build_all};
 use crate::network::error::NetworkError;
 use crate::network_files::{GENERATED, NetworkFiles};
 use crate::placed::{Placed, placed, with_plans};
+use crate::places::legal;
 use crate::settings::Detail;
 use crate::sim::SimError;
 use crate::sim::intake::Intake;
@@ -68,10 +69,14 @@ impl SignalProblem {
         };
         let today = loaded.plans.iter().filter(|_| imported.is_empty());
         let today = today.map(|plans| (existing::METHOD.name, plans));
-        let plans = today
+        let mut plans = today
             .chain(plans.iter().map(|(method, plans)| (method.as_str(), plans)))
             .map(|(method, plans)| Ok((method.to_owned(), placed(&loaded, plans)?.whole(plans)?)))
             .collect::<Result<BTreeMap<_, _>, TrafficError>>()?;
+        let legal_clearances = loaded.scenario.retime.legal_clearances;
+        let today = plans.get(existing::METHOD.name).filter(|_| legal_clearances);
+        let legal = today.map(|today| legal(&loaded, today)).transpose()?;
+        plans.extend(legal.map(|legal| (retime::METHOD.name.to_owned(), legal)));
         let warnings = OnceLock::new();
         Ok(Self { loaded, folder, networks, imported, family, plans, warnings })
     }
@@ -206,7 +211,7 @@ impl Problem for SignalProblem {
 
     fn lacking(&self, method: &str, chosen: &BTreeSet<&str>) -> Option<String> {
         let plans = self.plans.get(method);
-        if plans.is_none() && method != existing::METHOD.name {
+        if plans.is_none() && method != existing::METHOD.name || method == retime::METHOD.name {
             return None;
         }
         let has = |point: &str| plans.is_some_and(|plans| plans.of_point.contains_key(point));

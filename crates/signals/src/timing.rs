@@ -161,7 +161,7 @@ impl Timing {
     }
 
     /// Returns yellow and all-red between two greens, tenths of seconds; `None` when no green ends.
-    fn exact_change_s(&self, from: &str, to: &str) -> Option<[f64; 2]> {
+    pub(crate) fn exact_change_s(&self, from: &str, to: &str) -> Option<[f64; 2]> {
         let letters = || from.chars().zip(to.chars()).enumerate();
         let ending = || letters().filter(|(_, (a, b))| ends(*a, *b)).map(|(index, _)| index);
         ending().next()?;

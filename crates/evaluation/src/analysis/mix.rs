@@ -265,6 +265,18 @@ impl Measured {
     }
 }
 
+/// Returns values whose mean is what the best of some methods gives on seeds that did not choose it, and whose spread is its
+/// error: one per evaluation seed, or group of seeds; `None` with fewer than three seeds.
+///
+/// # Arguments
+///
+/// * `objectives` — shape `[methods, seeds]`.
+pub fn of_best(objectives: &[Vec<f64>], direction: Direction) -> Option<Vec<f64>> {
+    let objectives: Vec<Vec<f64>> = objectives.iter().map(|of| grouped(of)).collect();
+    let baseline = objectives.first().filter(|of| of.len() >= FEWEST)?.clone();
+    Some(Measured { objectives, baseline, unit: 1.0, draws: 1 }.pseudo_values(direction))
+}
+
 fn grouped(values: &[f64]) -> Vec<f64> {
     let groups = values.len().min(MOST);
     let of_group = |g: usize| values.iter().skip(g).step_by(groups).copied().collect::<Vec<f64>>();
@@ -295,7 +307,7 @@ mod tests {
         // One that is always better is always taken, and of pseudo-values the mean is the mix.
         let better = measured(vec![vec![10.0, 11.0, 12.0], vec![9.0, 8.0, 7.0]]);
         assert_eq!(better.mix(&[0, 1], better.every(), LOWER), (8.0, vec![0.0, 1.0]));
-        let pseudo = lucky.pseudo_values(LOWER);
+        let pseudo = of_best(&lucky.objectives, LOWER).unwrap();
         assert!((mean(&pseudo).unwrap() - objective).abs() < 1e-9, "{pseudo:?}");
         assert_eq!(grouped(&(0..20).map(f64::from).collect::<Vec<_>>())[3], 8.0);
     }

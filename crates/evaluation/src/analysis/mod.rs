@@ -29,7 +29,7 @@ pub use board::Board;
 pub use comparison::{Comparison, Decided, FEWEST_SEEDS_FOR_PLACES, Pair};
 pub use measures::{Measures, NoMeasures, Regime, Share};
 pub use method::MethodSummary;
-pub use mix::{Mix, MixPoint};
+pub use mix::{Mix, MixPoint, of_best};
 pub use points::{EpisodeSummary, PointResult, PointSummary, TaskScore};
 pub use reference::{AnalysisError, Reference, check_name, noun, unit};
 pub use summaries::{Estimated, Summaries};

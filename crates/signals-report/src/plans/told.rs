@@ -56,6 +56,7 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
         if plan.ways.is_empty() {
             rename(&mut plan, &renamed(seen, task.point));
             number(&mut plan, &approaches(seen, task.point, signal), side(seen));
+            plan.merging = merging(&plan, seen, task.point, signal);
         }
         let TaskPlan { method, point, replicate, objective, .. } = *task;
         let signal = signal.to_owned();
@@ -224,6 +225,32 @@ fn numbers_of(
         }
     }
     Some(numbers)
+}
+
+/// Returns pairs of movements, right turns apart, that have the right of way into one leg together.
+fn merging(plan: &ExistingPlan, seen: Seen<'_>, point: usize, signal: &str) -> Vec<[String; 2]> {
+    let (renamed, side) = (renamed(seen, point), side(seen));
+    let results = seen.shown.movements.iter().find(|task| task.point == point);
+    let own = || results.iter().flat_map(|t| &t.results).filter(|r| r.signal == signal);
+    let ways = |name: &String| -> Vec<&MovementResult> {
+        own().filter(|r| renamed.get(&r.movement).unwrap_or(&r.movement) == name).collect()
+    };
+    let is_ahead = |name: &&String| {
+        let way = Heading::of_movement(name, side);
+        way.is_some_and(|(_, turn)| on_side(turn, side) != Turn::Right)
+    };
+    let merge = |a: &String, b: &String| {
+        a < b && ways(a).iter().any(|m| ways(b).iter().any(|o| m.to == o.to && m.from != o.from))
+    };
+    let mut found = BTreeSet::new();
+    for pair in plan.pairs() {
+        let names = || pair.iter().flat_map(|p| &plan.phases[*p].movements).filter(is_ahead);
+        for a in names() {
+            let merging = names().filter(|b| merge(a, b));
+            found.extend(merging.map(|b| [a.clone(), b.clone()]));
+        }
+    }
+    found.into_iter().collect()
 }
 
 /// Numbers the phases of a plan as usual, where all of them are phases, or two at once of different rings.

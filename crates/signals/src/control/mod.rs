@@ -369,6 +369,8 @@ pub struct Setup {
     pub longest_wait_s: f64,
     /// Settings of `nema`.
     pub nema: dual_ring::Config,
+    /// Settings of `fixed-time`.
+    pub fixed_time: fixed_time::Config,
 }
 
 /// Runs episodes for a controller that learns or tunes itself.

@@ -17,6 +17,9 @@
 //! - **Splits change by whole seconds**, and those of both rings of a side have the same sum.
 //! - **Actuated phases** are lengthened together: the last ones of a side, its through phases, and those before them.
 //! - **Signals of a network** are tuned one after the other, the busiest first.
+//! - **Lost time and saturation flow** in Webster's formula are the settings of [`fixed_time`](super::fixed_time).
+//! - **Clearances** are those of the plan. With `legal_clearances` they are those of [`ExistingPlan::legal`](crate::existing), and what
+//!   is said of the plan as it is above holds for that one.
 //!
 //! Source: F. V. Webster, "Traffic signal settings", Road Research Technical Paper 39 (1958); "Signal Timing Manual" (2nd ed.,
 //! NCHRP Report 812), chapters 5 to 7.
@@ -24,7 +27,7 @@
 use std::collections::BTreeMap;
 
 use super::dual_ring;
-use super::fixed_time::{KEPT, PLAN, SIMULATIONS, TUNING, budget};
+use super::fixed_time::{self, KEPT, PLAN, SIMULATIONS, TUNING, budget};
 use super::search::search;
 use super::webster::fill;
 use super::{
@@ -46,6 +49,10 @@ settings! {
         /// Simulated episodes that tuning may use for one signal, a third of them to compare the result with the plan as it
         /// is; for n signals, √n times as many.
         simulations: u32 = 48, in 20.0..=10_000.0, unit "episodes";
+        /// Whether yellow, all-red, walk and clearance of the existing plan that are shorter than the limits of `[signal]` become
+        /// as long as these. Splits stay where shortest greens and walks allow that; otherwise the cycle gets longer.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        legal_clearances: bool = false;
     }
 }
 
@@ -58,10 +65,6 @@ const FINAL_SEEDS: std::ops::RangeInclusive<u32> = 1..=8;
 /// How many times its standard error a saving has to be.
 const STANDARD_ERRORS: f64 = 2.0;
 
-/// Time lost per phase in Webster's formula, seconds, and saturation flow, vehicles per hour and lane (HCM base).
-const LOST_TIME_S: f64 = 4.0;
-const SATURATION_VPH: f64 = 1900.0;
-
 /// Largest sum of flow ratios for which the formula is used, and the smallest ratio of a phase.
 const FLOW_RATIOS: [f64; 2] = [0.01, 0.9];
 
@@ -71,13 +74,16 @@ const LONGEST_OVER_MEAN: f64 = 1.5;
 /// Returns the method, not yet tuned.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
     let (simulations, nema) = (config.simulations, setup.nema.clone());
-    Box::new(Retime { simulations, nema, signals: Vec::new(), greens_s: Vec::new(), used: 0 })
+    let (formula, signals, greens_s) = (setup.fixed_time.clone(), Vec::new(), Vec::new());
+    Box::new(Retime { simulations, nema, formula, signals, greens_s, used: 0 })
 }
 
 #[derive(Debug)]
 struct Retime {
     simulations: u32,
     nema: dual_ring::Config,
+    /// Lost time and saturation flow.
+    formula: fixed_time::Config,
     signals: Vec<SignalSpec>,
     /// Per signal the greens of its phases; empty as it is.
     greens_s: Vec<Vec<f64>>,
@@ -154,11 +160,11 @@ impl Retime {
         best_s: f64,
     ) -> Result<f64, ControlError> {
         let mut tried = vec![(best_s, rings.green_s.clone())];
+        let by_flow = rings.by_flow(flow_vph, &self.formula);
         let mut simulate = |greens_s: &Vec<f64>| {
             self.greens_s[signal].clone_from(greens_s);
             Ok(self.run(trainer, SEARCH_SEED)?.delay_s)
         };
-        let by_flow = rings.by_flow(flow_vph);
         let mut left = simulations;
         if left > 0 && by_flow != rings.green_s {
             tried.push((simulate(&by_flow)?, by_flow));
@@ -234,9 +240,23 @@ impl RingGreens {
         self.fit(&wanted_s)
     }
 
+    /// Keeps the last green of a ring that is done before the other one until the barrier, and returns the cycle, seconds.
+    pub(crate) fn meet_at_barriers(&mut self) -> f64 {
+        let mut cycle_s = 0.0;
+        for side in &self.sides {
+            let side_s = self.side_s(&self.green_s, side);
+            for ring in side {
+                let more_s = side_s - self.split_s(&self.green_s, ring);
+                ring.last().iter().for_each(|p| self.green_s[**p] += more_s);
+            }
+            cycle_s += side_s;
+        }
+        cycle_s
+    }
+
     /// Returns greens within their limits whose splits fill the sides of a cycle in both rings. What greens have beyond whole
     /// seconds stays.
-    fn fit(&self, wanted_s: &[f64]) -> Vec<f64> {
+    pub(crate) fn fit(&self, wanted_s: &[f64]) -> Vec<f64> {
         let rest_s: Vec<f64> = self.green_s.iter().map(|s| rest(*s)).collect();
         let whole = |p: usize| (wanted_s[p] - rest_s[p]).max(0.01);
         let least = |p: usize| (self.least_s[p] - rest_s[p]).ceil();
@@ -271,16 +291,16 @@ impl RingGreens {
     }
 
     /// Returns greens by flow ratio: that of the busiest lane of a phase, of a ring the sum, of a side the larger.
-    fn by_flow(&self, flow_vph: &[f64]) -> Vec<f64> {
+    fn by_flow(&self, flow_vph: &[f64], formula: &fixed_time::Config) -> Vec<f64> {
         let [least, most] = FLOW_RATIOS;
-        let ratio = |lane: &usize| flow_vph[*lane] / SATURATION_VPH;
+        let ratio = |lane: &usize| flow_vph[*lane] / formula.saturation_flow_vph;
         let busiest = |lanes: &Vec<usize>| lanes.iter().map(ratio).fold(least, f64::max);
         let ratios: Vec<f64> = self.lanes.iter().map(busiest).collect();
         let of_ring = |ring: &Vec<usize>| ring.iter().map(|p| ratios[*p]).sum::<f64>();
         let of_side = |side: &[Vec<usize>; 2]| of_ring(&side[0]).max(of_ring(&side[1]));
         let total: f64 = self.sides.iter().map(of_side).sum();
         let phases = self.sides.iter().map(|side| side[0].len().max(side[1].len()));
-        let lost_s = LOST_TIME_S * phases.sum::<usize>() as f64;
+        let lost_s = formula.lost_time_s * phases.sum::<usize>() as f64;
         let green_s = (1.5 * lost_s + 5.0) / (1.0 - total.min(most)) - lost_s;
         let longer = if self.cycle_s.is_none() { LONGEST_OVER_MEAN } else { 1.0 };
         let wanted: Vec<f64> = ratios.iter().map(|r| r / total * green_s * longer).collect();
@@ -331,7 +351,8 @@ mod tests {
 
     #[test]
     fn flow_ratios_share_the_cycle_and_longest_greens_keep_to_their_limits() {
-        let greens_s = rings(Some([74.0; 2])).by_flow(&[950.0, 190.0]);
+        let greens_s =
+            rings(Some([74.0; 2])).by_flow(&[950.0, 190.0], &fixed_time::Config::default());
         // Side 2 has its shortest green of 12 s, and half a second that stays; side 1 what is left of 74 s.
         assert_eq!(greens_s, [5.5, 42.5, 24.5, 23.5, 12.5, 12.5]);
         let free = rings(None);

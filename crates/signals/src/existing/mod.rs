@@ -15,6 +15,7 @@
 //!
 //! Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapters 5 to 7; NEMA TS 2.
 
+mod legal;
 pub mod ran;
 pub mod table;
 

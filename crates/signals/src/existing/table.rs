@@ -24,11 +24,9 @@ pub const NEEDED: [&str; 9] = [
     "all_red_s",
 ];
 
-/// Columns that say of which plan a report's table is: all rows of a table that is read have to be of one.
-const WHOSE: [&str; 2] = ["method", "replicate"];
-
-/// Other columns that a table may have; the last three are passed over.
-const OTHERS: [&str; 5] = ["intersection", "period", "title", "signal", "kind"];
+/// Other columns that a table may have; all but the first two are passed over.
+const OTHERS: [&str; 7] =
+    ["intersection", "period", "title", "signal", "kind", "method", "replicate"];
 
 /// How far `split_s` may be from green, yellow and all-red, seconds: a digit after the point.
 const SPLIT_SLACK_S: f64 = 0.051;
@@ -253,24 +251,14 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
     let line = sheet.header_line;
     let wrong = |message| fail(Fault { line, message });
     let columns = Columns::find(&sheet.headers, &NEEDED).map_err(wrong)?;
-    columns.only(&[&OTHERS[..], &WHOSE, WRITTEN].concat()).map_err(wrong)?;
+    columns.only(&[&OTHERS[..], WRITTEN].concat()).map_err(wrong)?;
     let mut plans: Vec<NamedPlan> = Vec::new();
     // What rows of a plan said before.
     let mut told: Vec<BTreeMap<&str, String>> = Vec::new();
-    let mut first: Option<[String; 2]> = None;
     while let Some(row) = sheet.next_row().map_err(fail)? {
         let line = row.line;
         let wrong = |message| fail(Fault { line, message });
         let text = |name: &str| columns.get(name).map(|at| row.text(at)).unwrap_or_default();
-        let own = WHOSE.map(|name| text(name).to_owned());
-        let first = first.get_or_insert_with(|| own.clone());
-        if let Some(i) = (0..2).find(|i| first[*i] != own[*i]) {
-            let what = ["methods", "trainings"][i];
-            return Err(wrong(format!(
-                "rows are of several {what} ({}, {}); keep those of one, or give plans/METHOD.csv of the report, which has one",
-                first[i], own[i]
-            )));
-        }
         let id = title("intersection", text("intersection")).map_err(wrong)?;
         let period = match text("period") {
             "" => String::new(),
@@ -452,28 +440,20 @@ mod tests {
     }
 
     #[test]
-    fn a_sheet_for_the_cabinet_is_read_if_it_is_of_one_plan() {
+    fn a_sheet_for_the_cabinet_is_read() {
         let named = NamedPlan {
             intersection: "7".into(),
             period: String::new(),
             plan: plan(Control::Pretimed),
             line: 2,
         };
-        let table = |methods: [&str; 2], replicates: [&str; 2]| {
-            let header = WRITTEN.join(",");
-            let mut text = format!("intersection,title,method,replicate,signal,kind,{header}\n");
-            for (i, phase) in named.plan.phases.iter().enumerate() {
-                let (method, replicate) = (methods[i / 3], replicates[i / 3]);
-                let cells = cells(&named.plan, phase).join(",");
-                text += &format!("7,Oak,{method},{replicate},c,phase,{cells}\n");
-            }
-            read(&text, "cabinet.csv")
-        };
-        assert_eq!(table(["nema"; 2], ["0"; 2]).unwrap().all, std::slice::from_ref(&named));
-        let e = table(["existing", "nema"], ["0"; 2]).unwrap_err().to_string();
-        assert!(e.contains("line 5: rows are of several methods (existing, nema); keep"), "{e}");
-        let e = table(["idqn"; 2], ["0", "1"]).unwrap_err().to_string();
-        assert!(e.contains("rows are of several trainings (0, 1)"), "{e}");
+        let header = WRITTEN.join(",");
+        let mut text = format!("intersection,title,method,replicate,signal,kind,{header}\n");
+        for phase in &named.plan.phases {
+            let cells = cells(&named.plan, phase).join(",");
+            text += &format!("7,Oak,nema,0,c,phase,{cells}\n");
+        }
+        assert_eq!(read(&text, "cabinet.csv").unwrap().all, [named]);
     }
 
     #[test]

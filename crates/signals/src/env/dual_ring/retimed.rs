@@ -49,16 +49,7 @@ impl DualRing {
             greens.lanes.push(phase.detectors.iter().filter_map(|d| lane(d.lane)).collect());
         }
         if let Some(plan) = existing.filter(|plan| plan.control != Control::Actuated) {
-            // A ring that is done before the other one keeps its last green until the barrier.
-            let mut cycle_s = 0.0;
-            for side in &greens.sides {
-                let side_s = greens.side_s(&greens.green_s, side);
-                for ring in side {
-                    let more_s = side_s - greens.split_s(&greens.green_s, ring);
-                    ring.last().iter().for_each(|p| greens.green_s[**p] += more_s);
-                }
-                cycle_s += side_s;
-            }
+            let cycle_s = greens.meet_at_barriers();
             let stays = plan.control == Control::Coordinated
                 || plan.offset_s.is_some_and(|offset_s| offset_s != 0.0);
             let limits = &derived.spec.limits;
