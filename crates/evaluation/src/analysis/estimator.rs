@@ -229,14 +229,14 @@ impl Estimator {
 
 impl Estimate {
     /// Returns an estimate with the percentiles of its resamples, of which a share `alpha` may miss what they are of.
-    pub fn of(bootstrap: Bootstrap, (alpha, degrees): (f64, Option<f64>)) -> Self {
+    fn of(bootstrap: Bootstrap, (alpha, degrees): (f64, Option<f64>)) -> Self {
         let Bootstrap { estimate: value, resamples } = bootstrap;
         let interval = central(&resamples, alpha);
         Self { value, interval, centre: value, resamples, alpha, degrees }
     }
 
     /// Returns the estimate of a mean: its resamples lie about it, and the interval is that of [`central_about`].
-    pub fn of_mean(bootstrap: Bootstrap, (alpha, degrees): (f64, Option<f64>)) -> Self {
+    fn of_mean(bootstrap: Bootstrap, (alpha, degrees): (f64, Option<f64>)) -> Self {
         let of = Self::of(bootstrap.centred(), (alpha, degrees));
         Self { interval: of.about(alpha), ..of }
     }
@@ -265,7 +265,7 @@ impl Estimate {
 
     /// Returns `other - self`, resample by resample, which is much narrower than the two intervals suggest:
     /// both methods met the same seeds. Only meaningful for the same point MDPs and equally seeded generators.
-    pub fn difference(&self, other: &Self) -> Self {
+    fn difference(&self, other: &Self) -> Self {
         let bootstrap = |e: &Self| Bootstrap { estimate: e.centre, resamples: e.resamples.clone() };
         let fewest = [self.degrees, other.degrees].into_iter().flatten().min_by(f64::total_cmp);
         let spread = (self.alpha, fewest);

@@ -73,7 +73,7 @@ impl Columns {
     }
 
     /// Returns where a column is.
-    pub fn at(&self, name: &str) -> usize {
+    fn at(&self, name: &str) -> usize {
         self.get(name).expect("the column was looked for")
     }
 

@@ -470,7 +470,7 @@ fn of_episodes<'a, R: 'a>(
 }
 
 /// Returns what happens in an evaluation episode or does not, with its position among the shares.
-pub(super) fn events(data: &Report) -> impl Iterator<Item = (usize, &'static str)> {
+fn events(data: &Report) -> impl Iterator<Item = (usize, &'static str)> {
     data.shares.iter().enumerate().filter_map(|(i, share)| Some((i, share.event?)))
 }
 

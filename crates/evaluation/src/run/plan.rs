@@ -157,7 +157,7 @@ pub fn draft(request: &Request<'_>) -> Result<Draft, RunError> {
 }
 
 /// Returns the seeds of so many evaluation episodes, before a point MDP is mixed in.
-pub fn evaluation_seeds(base: u64, count: u32) -> Vec<u64> {
+fn evaluation_seeds(base: u64, count: u32) -> Vec<u64> {
     (0..count).map(|k| seed::evaluation(base, k)).collect()
 }
 

@@ -496,14 +496,6 @@ mod tests {
     }
 
     #[test]
-    fn the_middle_says_most() {
-        let design = three();
-        let quadrature = Quadrature::of(&design).unwrap();
-        let error = |row: usize| quadrature.rule(&[row], false).squared_error(1.0);
-        assert!(error(1) < error(0) && (error(0) - error(2)).abs() < 1e-12);
-    }
-
-    #[test]
     fn the_standard_error_of_innovations_is_that_of_the_process() {
         let at: Vec<(f64, f64)> = (0..30).map(|i| (f64::from(i * 7 % 30), 1.0)).collect();
         let design = design(&at);

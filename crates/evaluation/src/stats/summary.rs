@@ -114,14 +114,6 @@ mod tests {
     }
 
     #[test]
-    fn the_median_follows_the_weights() {
-        assert_eq!(weighted_median([(1.0, 5.0), (3.0, 9.0)]), Some(9.0));
-        assert_eq!(weighted_median([(2.0, 5.0), (1.0, 9.0), (1.0, 7.0)]), Some(6.0));
-        assert_eq!(weighted_median([(0.1, 1.0), (0.2, 2.0), (0.3, 3.0)]), Some(2.5));
-        assert_eq!(weighted_median([(0.0, 5.0)]), None);
-    }
-
-    #[test]
     fn a_family_without_weight_or_delay_has_no_summary() {
         assert_eq!(ratio_of_means(&[]), None);
         assert_eq!(ratio_of_means(&[point(1.0, 5.0, 0.0)]), None);

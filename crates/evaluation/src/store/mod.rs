@@ -92,7 +92,7 @@ impl Layout {
     }
 
     /// `lock.json`.
-    pub fn lock(&self) -> PathBuf {
+    fn lock(&self) -> PathBuf {
         self.root.join("lock.json")
     }
 

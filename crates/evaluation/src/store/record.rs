@@ -293,12 +293,7 @@ impl Record {
     }
 
     /// Returns the record of a task that a text is.
-    pub(super) fn of_text(
-        text: &str,
-        path: &Path,
-        task: &Task,
-        manifest: &str,
-    ) -> Result<Self, StoreError> {
+    fn of_text(text: &str, path: &Path, task: &Task, manifest: &str) -> Result<Self, StoreError> {
         let fail = |reason: String| StoreError::damaged(path, reason, Remedy::Repeat);
         let record = Self::parse(text).map_err(&fail)?;
         let s = &record.summary;

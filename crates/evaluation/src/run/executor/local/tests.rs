@@ -83,16 +83,6 @@ fn a_full_disk_stops_the_run_and_leaves_no_record() {
 }
 
 #[test]
-fn a_killed_worker_is_tried_again() {
-    let dir = tempfile::tempdir().unwrap();
-    let script = "if [ -e \"$2/again\" ]; then exit 9; fi; touch \"$2/again\"; kill -9 $$";
-    let local = local(dir.path(), script);
-    let events = events(&local, &AtomicBool::new(false));
-    let Event::Retry { reason, .. } = &events[0] else { panic!("{events:?}") };
-    assert!(reason.starts_with("the worker was killed by signal 9"), "{reason}");
-}
-
-#[test]
 fn a_worker_that_is_killed_twice_leaves_its_task_undone() {
     let dir = tempfile::tempdir().unwrap();
     let local = local(dir.path(), "kill -9 $$");
