@@ -46,7 +46,9 @@ pub mod domains;
 
 pub use basics::{files, hash, heartbeat, machine, seed, suggest, units};
 pub use control_tasks::{self, cartpole};
-pub use evaluation::{analysis, family, model, report, run, sample, settings, stats, store, study};
+pub use evaluation::{
+    analysis, family, model, published, report, run, sample, settings, stats, store, study,
+};
 pub use learners::{nn, rl};
 
 /// Signalised intersections in SUMO: everything that knows of traffic.

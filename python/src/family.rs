@@ -106,6 +106,12 @@ pub(crate) fn family<'py>(
     Ok(dict)
 }
 
+/// Returns the published scores of a scenario and preset that come with the program, as JSON; `None` where there are none.
+#[pyfunction]
+pub(crate) fn published(scenario: &str, preset: &str) -> Option<String> {
+    tsc_family::published::published(scenario, preset).map(|file| file.to_string())
+}
+
 /// Chooses point MDPs; returns the sample as JSON.
 #[pyfunction]
 pub(crate) fn sample(given: Given, sampling: &str, budget: usize, seed: u64) -> PyResult<String> {

@@ -32,7 +32,7 @@ mod _native {
     #[pymodule_export]
     use super::error::Error;
     #[pymodule_export]
-    use super::family::{difference, estimate, family, sample};
+    use super::family::{difference, estimate, family, published, sample};
     #[pymodule_export]
     use super::host::stack_in;
     #[pymodule_export]

@@ -1,6 +1,7 @@
 """Which traffic signal controller is best, over the whole family of a city's intersections, and how sure are we?
 
 - :class:`Controller` and :func:`evaluate`: a controller of one's own, ranked beside those of tsc-family.
+- :func:`benchmark`: one answer for any policy: its score, and its place among what is published.
 - :func:`family`, :func:`sample`, :func:`estimate`: the statistics alone, on scores of any kind.
 - ``gymnasium.make("tsc_family/Signal-v0", ...)``, :func:`make_vec`, :func:`parallel_env`: environments to learn in.
 - :func:`run`: everything else that the command ``tsc-family`` does.
@@ -16,6 +17,7 @@ from ._register import is_command as _is_command
 from ._register import register as _register
 
 if TYPE_CHECKING:
+    from ._benchmark import Benchmark, benchmark
     from ._controller import Controller, Learner
     from ._evaluate import Result, evaluate, run
     from ._family import Estimate, Family, Sample, estimate, family, sample
@@ -32,6 +34,7 @@ if not _is_command():
         pass
 
 __all__ = [
+    "Benchmark",
     "Controller",
     "Error",
     "Estimate",
@@ -48,6 +51,7 @@ __all__ = [
     "SignalEnv",
     "SignalsEnv",
     "Training",
+    "benchmark",
     "estimate",
     "evaluate",
     "family",
@@ -61,6 +65,8 @@ __all__ = [
 # Loaded when they are asked for: the command starts a worker per task, most of which need none of it, and gymnasium
 # and pettingzoo may not be there.
 _WHERE = {
+    "Benchmark": "_benchmark",
+    "benchmark": "_benchmark",
     "Controller": "_controller",
     "Learner": "_controller",
     "Training": "_training",

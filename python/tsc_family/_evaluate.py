@@ -131,7 +131,7 @@ def evaluate(
     """
     if _host.loading:
         raise _host.Loaded
-    sources = _sources(controllers)
+    sources = [] if models and not controllers else _sources(controllers)
     names = [source.partition("=")[0] for source in sources]
     models = {} if models is None else models
     if not isinstance(models, Mapping):

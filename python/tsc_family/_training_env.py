@@ -7,10 +7,11 @@ from typing import Any
 import gymnasium
 import numpy as np
 from gymnasium import spaces
+from numpy.typing import NDArray
 
 from . import _native
 from ._native import Error, Signal
-from ._view import ObservationOf, RewardOf, View
+from ._view import ObservationOf, RewardOf, View, masks
 from ._training import Training
 
 
@@ -34,6 +35,13 @@ class TrainingEnv(gymnasium.Env[Any, Any]):
         self.observation_space = self._view.observation_space
         self.action_space = self._view.action_space
         self._mask = signal.phase_mask.astype(np.int8)
+
+        self.total_steps: int = training.episodes * training.decisions
+        """Steps of all episodes that learners are trained for in the run."""
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Returns which actions are phases, as MaskablePPO of sb3-contrib asks for it."""
+        return masks(self._mask, self.action_space)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Starts the next episode of the run; a seed is for what is random in the environment's spaces alone."""

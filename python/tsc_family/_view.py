@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Mapping
 from typing import Any, Union
 
@@ -23,6 +24,24 @@ Place = Union[_native.Simulation, _native.Lesson]
 
 _OBSERVATIONS = ("idqn", "mplight")
 _REWARDS = ("wait", "pressure")
+
+
+def masks(phases: NDArray[Any], space: spaces.Space[Any]) -> NDArray[np.bool_]:
+    """Returns for every action of a space whether it is a phase."""
+    mask = np.zeros(int(getattr(space, "n")), dtype=bool)
+    mask[: len(phases)] = phases[: len(mask)].astype(bool)
+    return mask
+
+
+def no_window(mode: str) -> str:
+    """Says why nothing is rendered, and how to see an episode."""
+    gui = shutil.which("sumo-gui")
+    shows = f"{gui} shows it" if gui else "sumo-gui, which is not installed here, shows it"
+    return (
+        f"render_mode={mode!r}: SUMO runs within this process as a library, which has no window. "
+        f"`tsc-family routes --run DIR --point POINT --method METHOD --out FOLDER` writes an episode that a run has recorded, and {shows}: "
+        "sumo-gui -c FOLDER/episode.sumocfg"
+    )
 
 
 class View:

@@ -20,7 +20,7 @@ from ._family import Settings
 from ._native import Error, Signal
 from ._place import Path, Where, check_seed
 from ._place import sizes as sizes_of
-from ._view import ObservationOf, RewardOf, View
+from ._view import ObservationOf, RewardOf, View, masks, no_window
 
 _SEEDS = 2**30
 
@@ -38,7 +38,7 @@ class SignalEnv(gymnasium.Env[Any, Any]):
     - ``reward`` is ``wait`` (waiting times, scaled and cut) or ``pressure`` (queues before less queues behind), or such
       a function.
     - ``sizes`` gives arrays more room than the signal needs, so that spaces are equal over a family; see
-      :func:`tsc_family.sizes`. ``info["action_mask"]`` says which actions are phases; another one keeps the phase.
+      :func:`tsc_family.sizes`. ``info["action_mask"]`` and ``action_masks()`` say which actions are phases; another one keeps the phase.
 
     ``reset(seed=s)`` has the vehicles of a run's row with seed ``s``; without a seed, the next follows from the last.
     Episodes are truncated when their time is over, and never terminated; ``info`` then has what a record has
@@ -64,7 +64,7 @@ class SignalEnv(gymnasium.Env[Any, Any]):
         render_mode: str | None = None,
     ) -> None:
         if render_mode is not None:
-            raise Error("nothing is rendered here; `tsc-family routes` writes an episode's vehicles for sumo-gui")
+            raise Error(no_window(render_mode))
         self.render_mode = None
         self._where = Where(scenario, preset, settings, networks)
         self._sumocfg = sumocfg
@@ -117,6 +117,10 @@ class SignalEnv(gymnasium.Env[Any, Any]):
     def delta_time_s(self) -> int:
         """Simulated seconds between two decisions."""
         return int(self._now.delta_time_s)
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Returns which actions are phases, as MaskablePPO of sb3-contrib asks for it."""
+        return masks(self._mask, self.action_space)
 
     def _info(self) -> dict[str, Any]:
         info: dict[str, Any] = {"action_mask": self._mask.copy()}

@@ -8,12 +8,12 @@ use super::output::{Progress, events, line, note};
 use super::values::{MOST_REPEATS, from_one_to};
 use crate::analysis::Analysis;
 use crate::cli::exit::{self, refuse};
-use crate::domains;
 use crate::files::{make_folder, write_atomically};
 use crate::report::study::{errors, text};
 use crate::store::results::Results;
 use crate::store::{Layout, assisting};
 use crate::study::{Kind, Recorded, StudyPlan, study};
+use crate::{domains, published};
 use clap::ValueEnum;
 use serde_json::Value;
 
@@ -36,7 +36,8 @@ pub struct EstimateArgs {
     /// Results directory in which the whole family was evaluated
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// Results of the same family for methods that do not learn, for bq [default: DIR]
+    /// Results of the same family for methods that do not learn, for bq [default: published scores that
+    /// come with the program where the settings are theirs, else DIR]
     #[arg(long, value_name = "DIR")]
     pub assist: Option<PathBuf>,
     /// Sizes of samples [default: 10,20,40,80, if the family is larger]
@@ -66,6 +67,7 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     let target = Target::new(&args.dir, args.dir.join("estimate"), args.out.as_ref());
     target.check(&ESTIMATE)?;
     let (mut recorded, analysis) = read(&args.dir)?;
+    let settings = &analysis.manifest.identity.settings;
     let mut kinds = args.estimators.clone();
     kinds.sort_unstable();
     kinds.dedup();
@@ -74,15 +76,13 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
             return refuse("--assist has no effect without bq among --estimators; leave it out");
         }
         let (other, known) = read(dir)?;
+        let [dir, own] = [dir, &args.dir].map(|dir| dir.display().to_string());
         if !args.quiet {
-            let (there, here) = (settings_of(&other, &known), &analysis.manifest.identity.settings);
-            warn_of_settings(&dir.display().to_string(), &there, here);
+            warn_of_settings(&dir, &settings_of(&other, &known), settings);
         }
-        recorded.assisted_by(
-            &other,
-            &dir.display().to_string(),
-            &args.dir.display().to_string(),
-        )?;
+        recorded.assisted_by(&other, &dir, &own)?;
+    } else if let Ok((known, _)) = published::inputs(&recorded.family, settings) {
+        recorded.inputs = known;
     }
     let size = recorded.family.points.len();
     let budgets = budgets(&args.budgets, size)?;

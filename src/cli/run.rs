@@ -6,7 +6,6 @@ mod looks;
 
 pub(super) use arguments::RunArgs;
 
-use std::fmt::Write;
 use std::num::{NonZero, NonZeroU32};
 use std::path::Path;
 use std::thread::available_parallelism;
@@ -26,6 +25,7 @@ use crate::analysis::check_name;
 use crate::cli::exit::{self, Refused, refuse, without_effect};
 use crate::files::{self, limits};
 use crate::heartbeat;
+use crate::published;
 use crate::report::format;
 use crate::run::effort::Efforts;
 use crate::run::error::RunError;
@@ -33,7 +33,7 @@ use crate::run::method::{Method, Training};
 use crate::run::plan::{Draft, EVALUATION_SEEDS, Request, draft};
 use crate::run::session::{Session, open};
 use crate::run::watchdog::Watchdog;
-use crate::sample::{Choice, Design, Sampling};
+use crate::sample::{Choice, Sampling};
 use crate::seed::evaluation_of;
 use crate::store::manifest::Identity;
 use crate::store::most::MOST_EVALUATION_SEEDS;
@@ -217,23 +217,27 @@ fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::R
     }
     let budget = args.budget.and_then(|budget| budget.0);
     if let Some(dir) = &args.assist {
-        let sampling = args.sampling.unwrap_or(Sampling::BayesianQuadrature);
-        let Some(budget) = budget.filter(|_| sampling == Sampling::BayesianQuadrature) else {
+        let sampling = Sampling::BayesianQuadrature;
+        let fits = args.sampling.is_none_or(|asked| asked == sampling);
+        let Some(budget) = budget.filter(|_| fits) else {
             return refuse("--assist has no effect: it is for a --budget by bayesian-quadrature");
         };
         let (known, analysis) = read(dir)?;
-        let there = settings_of(&known, &analysis);
+        let (dir, there) = (dir.display().to_string(), settings_of(&known, &analysis));
         if !args.quiet {
-            let here = subject.problem.settings();
-            warn_of_settings(&dir.display().to_string(), &there, &here);
+            warn_of_settings(&dir, &there, &subject.problem.settings());
         }
-        let mut design = Design::of(family);
-        known.add_to(&mut design, &dir.display().to_string())?;
-        let design = Some(design.for_sampling(sampling));
+        let design = known.design(family, &dir)?;
+        // A sample that is there stays what it is, and older ones know no estimates apart.
+        let is_apart = begun.is_none_or(Begun::is_apart);
+        let design = Some(if is_apart { design.assisting() } else { design.modelled() });
         return Ok(Choice::Budget { budget, sampling, design, assisting: Some(there) });
     }
-    // Another sampling than that of the folder is another sample.
-    let is_same = |b: &&Begun| args.sampling.is_none_or(|s| s == b.identity.sample.sampling);
+    // Another sampling than that of the folder is another sample, and so is one that nothing assists.
+    let is_same = |b: &&Begun| {
+        args.sampling.is_none_or(|s| s == b.identity.sample.sampling)
+            && !(args.no_assist && b.assisting.is_some())
+    };
     if let Some(begun) = begun.filter(is_same) {
         match budget {
             Some(budget) => return begun.with_budget(budget, family),
@@ -241,12 +245,16 @@ fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::R
             None => {}
         }
     }
+    let is_free = args.sampling.is_none() && !args.until_decided && !args.no_assist;
+    if let Some(budget) = budget.filter(|budget| is_free && begun.is_none() && *budget < size) {
+        match published::choice(subject.problem.as_ref(), budget) {
+            Ok(choice) => return Ok(choice),
+            Err(why) => why.filter(|_| !args.quiet).into_iter().for_each(note),
+        }
+    }
     // A sample that grows may grow to the whole family.
     Ok(match budget.or(args.until_decided.then_some(size)) {
-        Some(budget) => {
-            let sampling = args.sampling.unwrap_or(Sampling::DEFAULT);
-            Choice::Budget { budget, sampling, design: None, assisting: None }
-        }
+        Some(budget) => Choice::drawn(budget, args.sampling.unwrap_or(Sampling::DEFAULT)),
         None => Choice::All,
     })
 }
@@ -269,9 +277,8 @@ fn methods(names: &[String], subject: &Subject) -> Vec<String> {
 fn check(args: &RunArgs, request: &Request<'_>, draft: &Draft) -> anyhow::Result<()> {
     args.workers.check(args.executor)?;
     let is_learner = |m: &&Method| m.training == Training::Learned;
-    let learners = request.domain.methods().iter().filter(is_learner).map(|m| m.name);
-    let learners: Vec<&str> = learners.collect();
-    let learns = draft.methods.iter().any(|m| learners.contains(&m.as_str()));
+    let mut learners = request.domain.methods().iter().filter(is_learner);
+    let learns = learners.any(|m| draft.methods.iter().any(|name| name == m.name));
     let is_whole = matches!(request.choice, Choice::All) || draft.sample.family_size == 1;
     let is_later = args.executor != Executes::Local && args.against.is_some();
     let is_alone = request.replicates > 1 && draft.replicated.is_empty();
@@ -345,16 +352,14 @@ fn forecast(request: &Request<'_>, draft: &Draft, jobs: usize) -> Result<String,
             longest_s = longest_s.max(effort.whole_seconds());
             is_informed |= effort.is_informed;
         }
-        write!(text, "\n{:40} weight {:.4}", draw.point, draw.weight)
-            .expect("writing to a string cannot fail");
+        text += &format!("\n{:40} weight {:.4}", draw.point, draw.weight);
     }
-    write!(text, "\n{episodes} episodes at most").expect("writing to a string cannot fail");
+    text += &format!("\n{episodes} episodes at most");
     if is_informed {
         let time_s = (all_s / jobs.min(available_parallelism().map_or(1, NonZero::get)) as f64)
             .max(longest_s);
         let time = duration(Duration::from_secs_f64(time_s));
-        write!(text, ", about {time} with {}", format::count(jobs, "worker"))
-            .expect("writing to a string cannot fail");
+        text += &format!(", about {time} with {}", format::count(jobs, "worker"));
     }
     Ok(text)
 }

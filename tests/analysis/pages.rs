@@ -200,7 +200,8 @@ fn design() -> Design {
     };
     let names = ["quiet", "busy", "full", "fuller"];
     let inputs = vec![Input { method: "baseline".into(), measure: Measure::Objective }];
-    Design { inputs, points: names.iter().enumerate().map(point).collect(), process: None }
+    let points = names.iter().enumerate().map(point).collect();
+    Design { inputs, points, ..Design::default() }
 }
 
 fn sampled(change: impl Fn(&mut Manifest)) -> Written {

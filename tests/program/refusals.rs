@@ -112,6 +112,8 @@ fn what_has_no_effect_is_refused() {
         ),
     );
     folder.run("run smoke --dry-run --sampling k-means --budget 1");
+    // Where published scores do not fit any more, they are to be written again.
+    assert!(folder.run("run --dry-run --budget 20").contains("(bayesian-quadrature, seed 0)"));
     let plan = folder.run("run smoke -n --methods all --json");
     for left_out in ["coordinated", "program", "existing"] {
         assert!(plan.contains("\"nema\"") && !plan.contains(&format!("\"{left_out}\"")), "{plan}");

@@ -17,6 +17,10 @@ pub fn similar_settings<'a>(key: &str, names: impl IntoIterator<Item = &'a str>)
     best(names.into_iter().map(|name| {
         let of_last = |word: &str| likeness(word, last(name).1);
         let likeness = match key.rsplit_once('.') {
+            // `steps` of whatever table may mean `total_steps`.
+            Some((table, word)) if last(name).1.strip_prefix("total_") == Some(word) => {
+                if table == last(name).0 { 1.0 } else { 0.9 }
+            }
             Some((table, word)) => {
                 (0.3 * likeness(table, last(name).0) + 0.7 * of_last(word)).max(likeness(key, name))
             }

@@ -7,6 +7,7 @@
 pub mod analysis;
 pub mod family;
 pub mod model;
+pub mod published;
 pub mod report;
 pub mod run;
 pub mod sample;

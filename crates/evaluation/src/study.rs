@@ -157,9 +157,10 @@ pub fn study(
         false => design,
     };
     let plain = Setting::new(recorded, modelled(Design::of(&recorded.family), Kind::BqFeatures));
-    let assisted = (recorded.methods.par_iter()).map(|m| {
-        Setting::new(recorded, modelled(recorded.design_for(&[m.name.as_str()]), Kind::Bq))
-    });
+    // Neither a method nor a near twin of it assists its own estimate.
+    let all = recorded.over(&recorded.family);
+    let assisted = (recorded.methods.par_iter())
+        .map(|m| Setting::new(recorded, modelled(all.without(&[&m.name]), Kind::Bq)));
     let assisted: Vec<Setting<'_>> = assisted.collect();
     let mut cells = Vec::new();
     for kind in &plan.kinds {
@@ -437,7 +438,7 @@ impl Recorded {
         Ok(())
     }
 
-    /// Adds the inputs to what is known of a family.
+    /// Returns what a family and the inputs say.
     ///
     /// # Arguments
     ///
@@ -446,16 +447,21 @@ impl Recorded {
     /// # Errors
     ///
     /// [`StudyError`] when point MDPs or their importance differ, and when no method without learning was run everywhere.
-    pub fn add_to(&self, design: &mut Design, dir: &str) -> Result<(), StudyError> {
-        let points = design.points.iter().map(|p| (p.point.as_str(), p.importance));
+    pub fn design(&self, family: &MdpFamily, dir: &str) -> Result<Design, StudyError> {
+        let points = family.points.iter().map(|p| (p.id.as_str(), p.importance));
         self.check_points(points, (dir, "the scenario"))?;
         if self.inputs.iter().all(|(input, _)| input.measure == Measure::Objective) {
             return refused(format!(
                 "{dir} has no method without learning on all point MDPs; run some, or leave --assist out"
             ));
         }
+        Ok(self.over(family))
+    }
+
+    fn over(&self, family: &MdpFamily) -> Design {
+        let mut design = Design::of(family);
         self.inputs.iter().for_each(|(input, values)| design.add_input(input, values));
-        Ok(())
+        design
     }
 
     /// Checks that others are the point MDPs of this family.
@@ -479,15 +485,6 @@ impl Recorded {
     /// Returns the overall performance of a method.
     pub fn truth(&self, method: &RecordedMethod) -> f64 {
         self.family.points.iter().zip(&method.scores).map(|(p, s)| p.importance * s).sum()
-    }
-
-    /// Returns what is known everywhere when methods are to be estimated: all inputs but their own.
-    fn design_for(&self, methods: &[&str]) -> Design {
-        let mut design = Design::of(&self.family);
-        let others =
-            self.inputs.iter().filter(|(input, _)| !methods.contains(&input.method.as_str()));
-        others.for_each(|(input, values)| design.add_input(input, values));
-        design
     }
 }
 

@@ -43,15 +43,19 @@ pub struct RunArgs {
     /// Number of point MDPs to evaluate, or `all` [default: those of the run that is in --out, else all]
     #[arg(long, value_name = "N|all", value_parser = parse_budget)]
     pub budget: Option<Budget>,
-    /// How the sample is chosen [default: balanced; with --assist bayesian-quadrature]
+    /// How the sample is chosen [default: balanced; bayesian-quadrature where scores assist]
     #[arg(long, value_enum)]
     pub sampling: Option<Sampling>,
     /// Results directory whose point MDPs and weights are taken
     #[arg(long, value_name = "DIR", conflicts_with_all = ["budget", "sampling", "assist", "sumocfg"])]
     pub like: Option<PathBuf>,
-    /// Results of the whole family for methods that do not learn; Bayesian quadrature uses their scores
+    /// Results of the whole family for methods that do not learn; Bayesian quadrature uses their scores [default: published
+    /// scores that come with the program, where the settings are theirs]
     #[arg(long, value_name = "DIR", requires = "budget", conflicts_with = "sumocfg")]
     pub assist: Option<PathBuf>,
+    /// Choose and weigh the sample without published scores
+    #[arg(long, requires = "budget", conflicts_with = "assist")]
+    pub no_assist: bool,
     /// Stop at the first look at which it is known which method is the best, or within --within of the best; methods
     /// that are surely behind drop out before
     #[arg(long)]

@@ -18,7 +18,7 @@ use super::arguments::RunArgs;
 pub(super) struct Begun {
     layout: Layout,
     /// What is kept of the settings of the run whose scores assist its sample.
-    assisting: Option<Value>,
+    pub(super) assisting: Option<Value>,
     pub(super) identity: Identity,
 }
 
@@ -74,6 +74,11 @@ impl Begun {
         Ok(Choice::Sample { sample: sample.clone(), design, assisting: self.assisting.clone() })
     }
 
+    /// Whether it has a sample in which no method assists its own estimate.
+    pub(super) fn is_apart(&self) -> bool {
+        matches!(self.choice(), Ok(Choice::Sample { design: Some(design), .. }) if !design.apart.is_empty())
+    }
+
     /// Returns a sample of another size, drawn as the one that it has and over the same design.
     pub(super) fn with_budget(&self, budget: usize, family: &MdpFamily) -> anyhow::Result<Choice> {
         let there = self.choice()?;
@@ -86,10 +91,7 @@ impl Begun {
             }
             // What is there is a whole family, or of another one, which is said where the run is opened; or it lacks its
             // design, which is then drawn again.
-            _ => {
-                let sampling = Sampling::DEFAULT;
-                return Ok(Choice::Budget { budget, sampling, design: None, assisting: None });
-            }
+            _ => return Ok(Choice::drawn(budget, Sampling::DEFAULT)),
         };
         let over = design.clone().unwrap_or_else(|| Design::of(family));
         let sample = choose_over(family, &over, sample.sampling, budget, sample.seed);

@@ -174,9 +174,9 @@ fn compared(
             .map(|(on, weight)| PointObjectives { weight: *weight, ..of(on) })
             .collect();
         let mean = paired(evidence, a.index, &points, |estimator, sample, rng| {
-            // No method has such scores, which a model could know.
             let learned_once = [a, b].iter().any(|m| evidence.learned_once[m.index]);
-            estimator.estimate(Sample { name: "", learned_once, ..sample }, &objectives, rng)
+            let name = &format!("{} {}", a.method, b.method);
+            estimator.estimate(Sample { name, learned_once, ..sample }, &objectives, rng)
         });
         mean.ok()
     };

@@ -49,7 +49,7 @@ pub struct Sample<'a> {
     pub chosen: usize,
     /// Tells methods apart, whose trainings have nothing in common.
     pub method: u64,
-    /// Name of the method.
+    /// Name of the method, or of the two that are compared, separated by a blank; empty for what no method measured.
     pub name: &'a str,
     /// Whether the method learned, once on each point MDP. Another training could have given another score, so the
     /// scores that were seen vary, too, and none of them is taken for known.
@@ -460,7 +460,8 @@ fn bayesian_quadrature(
         return Estimator::Whole.estimate_all(sample, scores, statistics, rng);
     }
     let rows: Option<Vec<usize>> = sample.points.iter().map(|c| c.row).collect();
-    let (Some(quadrature), Some(rows)) = (sample.design.and_then(Quadrature::of), rows) else {
+    let design = sample.design.map(|design| design.for_methods(sample.name));
+    let (Some(quadrature), Some(rows)) = (design.as_deref().and_then(Quadrature::of), rows) else {
         // Without what is known of the family, the chosen ones are taken for a random part of it.
         return Estimator::Whole.estimate_all(sample, scores, statistics, rng);
     };

@@ -7,6 +7,7 @@ use super::figures::sentence;
 use super::format;
 use super::whole::Report;
 use crate::analysis::{Estimated, LearnerSummary, MethodSummary, Mix, Pair};
+use crate::published::compared;
 use crate::store::assisting;
 use crate::store::dropped::Dropped;
 
@@ -44,6 +45,8 @@ pub enum Kind {
     Mix,
     /// How a sample has grown.
     Growth,
+    /// Whether methods score as published.
+    Published,
 }
 
 impl Kind {
@@ -81,6 +84,7 @@ pub fn findings(data: &Report) -> Vec<Finding> {
     add(Kind::Policies, policies(data));
     add(Kind::Mix, data.mix().map(|mix| mixed(data, mix)).into_iter().collect());
     add(Kind::Growth, growth(data).into_iter().collect());
+    add(Kind::Published, compared(data));
     all
 }
 

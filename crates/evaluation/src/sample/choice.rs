@@ -37,6 +37,11 @@ pub enum Choice {
 }
 
 impl Choice {
+    /// Returns so many point MDPs, spread over the features alone.
+    pub fn drawn(budget: usize, sampling: Sampling) -> Self {
+        Self::Budget { budget, sampling, design: None, assisting: None }
+    }
+
     /// Returns the sample, and what it was spread over where estimates need that.
     ///
     /// # Errors

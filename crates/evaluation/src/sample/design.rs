@@ -4,7 +4,9 @@
 //! Samples are spread over it, and estimates use it for the point MDPs that were not evaluated.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::family::MdpFamily;
@@ -61,7 +63,7 @@ pub struct Process {
 }
 
 /// What is known of every point MDP of a family; `design.json` of a results directory.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Design {
     /// Cheap methods that were run everywhere; empty where none was.
@@ -71,6 +73,18 @@ pub struct Design {
     /// How alike scores are, where a sample by Bayesian quadrature rests on that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub process: Option<Process>,
+    /// The same without the scores of some inputs and their near twins, by the names of these, for estimates of one or two
+    /// methods that are inputs themselves; empty in a sample that all assist.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub apart: BTreeMap<String, Process>,
+}
+
+/// Whether one method is called after the other, as `max-pressure-resco` after `max-pressure`.
+fn are_twins(a: &str, b: &str) -> bool {
+    let after = |a: &str, b: &str| {
+        a.strip_prefix(b).is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric()))
+    };
+    after(a, b) || after(b, a)
 }
 
 impl Design {
@@ -84,7 +98,7 @@ impl Design {
             inputs: Vec::new(),
         };
         let points = family.points.iter().zip(describing.iter()).map(row).collect();
-        Self { inputs: Vec::new(), points, process: None }
+        Self { points, ..Self::default() }
     }
 
     /// Returns the bytes of `design.json`.
@@ -106,29 +120,62 @@ impl Design {
 
     /// Adds an input, a value per point MDP; a process that did not know it goes.
     pub fn add_input(&mut self, input: &Input, values: &[f64]) {
-        self.process = None;
+        (self.process, self.apart) = (None, BTreeMap::new());
         self.inputs.push(input.clone());
         self.points.iter_mut().zip(values).for_each(|(p, value)| p.inputs.push(*value));
     }
 
-    /// Returns the same without the inputs of some methods, and without a process.
+    /// Returns the same without the scores of some methods and their near twins, and without a process.
     pub fn without(&self, methods: &[&str]) -> Self {
-        let kept: Vec<usize> = (0..self.inputs.len())
-            .filter(|c| !methods.contains(&self.inputs[*c].method.as_str()))
-            .collect();
+        let out = self.own(methods);
+        let kept: Vec<usize> =
+            (0..self.inputs.len()).filter(|c| !out.contains(&&*self.inputs[*c].method)).collect();
         let row = |p: &DesignPoint| DesignPoint {
             inputs: kept.iter().map(|c| p.inputs[*c]).collect(),
             ..p.clone()
         };
         let inputs = kept.iter().map(|c| self.inputs[*c].clone()).collect();
-        Self { inputs, points: self.points.iter().map(row).collect(), process: None }
+        let points = self.points.iter().map(row).collect();
+        Self { inputs, points, ..Self::default() }
     }
 
-    /// Returns the values of an input, a value per point MDP; `None` where it is none.
-    pub fn input(&self, method: &str, measure: Measure) -> Option<Vec<f64>> {
-        let wanted = |i: &Input| i.method == method && i.measure == measure;
-        let column = self.inputs.iter().position(wanted)?;
-        Some(self.points.iter().map(|p| p.inputs[column]).collect())
+    /// Returns the inputs that are scores of some methods or of methods called like them.
+    fn own(&self, methods: &[&str]) -> Vec<&str> {
+        let scores = self.inputs.iter().filter(|input| input.measure == Measure::Score);
+        let scores: Vec<&str> = scores.map(|input| input.method.as_str()).collect();
+        // What is called after the same input is a twin, too.
+        let is_own = |a: &&str| {
+            let both = |b: &&str| {
+                are_twins(a, b) || scores.iter().any(|c| are_twins(a, c) && are_twins(c, b))
+            };
+            methods.iter().any(both)
+        };
+        scores.iter().copied().filter(is_own).collect()
+    }
+
+    /// Returns a design with all that Bayesian quadrature needs of it, where no method assists its own estimate.
+    pub fn assisting(self) -> Self {
+        let names: Vec<&str> = self.inputs.iter().map(|input| input.method.as_str()).collect();
+        let pairs = names.iter().flat_map(|a| names.iter().map(move |b| [*a, *b]));
+        let out: BTreeMap<String, Vec<&str>> =
+            pairs.map(|pair| self.own(&pair)).map(|own| (own.join(" "), own)).collect();
+        let apart = out.into_par_iter().filter(|(_, own)| !own.is_empty());
+        let apart =
+            apart.filter_map(|(key, own)| Some((key, self.without(&own).modelled().process?)));
+        let apart = apart.collect();
+        Self { apart, ..self.modelled() }
+    }
+
+    /// Returns what is known where these methods are estimated, their names separated by blanks: all but their own scores
+    /// where the design has a process without them.
+    pub fn for_methods(&self, names: &str) -> Cow<'_, Self> {
+        let own = self.own(&names.split(' ').collect::<Vec<_>>());
+        match self.apart.get(&own.join(" ")) {
+            Some(process) => {
+                Cow::Owned(Self { process: Some(process.clone()), ..self.without(&own) })
+            }
+            None => Cow::Borrowed(self),
+        }
     }
 
     /// Returns the inputs, a row per point MDP, in logarithms where all values of a column are above 0.
@@ -173,7 +220,7 @@ mod tests {
         Design {
             inputs: vec![Input { method: "plain".to_owned(), measure: Measure::Score }],
             points: vec![point("a", 1.0, 0.5), point("b", 3.0, 2.0)],
-            process: None,
+            ..Design::default()
         }
     }
 
@@ -186,17 +233,18 @@ mod tests {
     }
 
     #[test]
-    fn an_input_that_is_not_there_is_none() {
-        assert_eq!(design().input("plain", Measure::Score), Some(vec![0.5, 2.0]));
-        assert_eq!(design().input("plain", Measure::Objective), None);
-        assert_eq!(design().input("other", Measure::Score), None);
-    }
-
-    #[test]
-    fn inputs_of_a_method_can_be_left_out() {
-        let without = design().without(&["plain"]);
-        assert!(without.inputs.is_empty() && without.points.iter().all(|p| p.inputs.is_empty()));
-        assert_eq!(design().without(&["other"]), design());
+    fn no_method_and_no_twin_of_it_assists_its_own_estimate() {
+        let mut three = design();
+        let score = |method: &str| Input { method: method.to_owned(), measure: Measure::Score };
+        three.add_input(&score("plain-tuned"), &[0.4, 1.9]);
+        three.add_input(&score("plainer"), &[0.7, 1.0]);
+        let inputs = |names: &str| three.clone().assisting().for_methods(names).inputs.clone();
+        for own in ["plain", "plain-tuned", "plain-resco"] {
+            assert_eq!(inputs(own), [score("plainer")]);
+        }
+        assert_eq!(inputs("plain plainer"), []);
+        assert_eq!((inputs("other"), inputs("")), (three.inputs.clone(), three.inputs.clone()));
+        assert_eq!(three.for_methods("plain").as_ref(), &three, "older samples");
     }
 
     #[test]

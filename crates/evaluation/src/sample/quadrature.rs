@@ -463,7 +463,7 @@ mod tests {
             inputs: vec![1.5 + x.sin(), 1.2 + (0.5 * x).cos()],
         };
         let points = at.iter().enumerate().map(point).collect();
-        Design { inputs: vec![input("a"), input("b")], points, process: None }.modelled()
+        Design { inputs: vec![input("a"), input("b")], points, ..Design::default() }.modelled()
     }
 
     /// Point MDPs at -1, 0 and 1 in a column, half as alike as they can be when they are neighbours, with a nugget of one half.
@@ -481,7 +481,8 @@ mod tests {
             covariance: vec![1.5625 / 3.0, 2.0 / 3.0, 1.5625 / 3.0],
             variance: 5.125 / 9.0,
         };
-        Design { inputs: Vec::new(), points: (0..3).map(point).collect(), process: Some(process) }
+        let points = (0..3).map(point).collect();
+        Design { points, process: Some(process), ..Design::default() }
     }
 
     #[test]
@@ -578,7 +579,7 @@ mod fit {
             inputs: inputs.to_vec(),
         };
         let points = scores.iter().enumerate().map(point).collect();
-        Design { inputs: vec![input("a"), input("b")], points, process: None }
+        Design { inputs: vec![input("a"), input("b")], points, ..Design::default() }
     }
 
     #[test]

@@ -1,0 +1,127 @@
+//! Published scores that come with the program, a file per family and preset under `data/published`, written by
+//! `scripts/published_scores.py`: version of the program, settings that the scores depend on, a row per method, and the
+//! scores of methods that do not learn on every point MDP.
+
+use serde_json::Value;
+
+use crate::family::{MdpFamily, PointMdp};
+use crate::report::{Report, format};
+use crate::run::domain::Problem;
+use crate::sample::{Choice, Design, Input, Measure, Sampling};
+use crate::store::assisting;
+
+/// The texts of the files.
+const FILES: &[&str] = include!(concat!(env!("OUT_DIR"), "/published.rs"));
+
+/// How far the importance of a point MDP may be from that of a file, which has ten digits.
+const TOLERANCE: f64 = 1e-9;
+
+/// Returns what is published of a scenario under a preset, as in the file; `None` where nothing is.
+pub fn published(scenario: &str, preset: &str) -> Option<Value> {
+    let parsed = FILES.iter().map(|text| -> Value {
+        serde_json::from_str(text).expect("the files are those of the script")
+    });
+    let mut known = parsed.filter(|file| file["settings"]["preset"] == preset);
+    known.find(|file| file["scenario"] == scenario)
+}
+
+fn of(scenario: &str, settings: &Value) -> Option<Value> {
+    published(scenario, settings["preset"].as_str()?)
+}
+
+/// Returns the scores of methods that do not learn on every point MDP of a family, and the settings that they have.
+///
+/// # Errors
+///
+/// Why they do not fit; `None` where there are none.
+pub fn inputs(
+    family: &MdpFamily,
+    settings: &Value,
+) -> Result<(Vec<(Input, Vec<f64>)>, Value), Option<String>> {
+    let mut file = of(&family.name, settings).ok_or(None)?;
+    let unfit = |why: &str| Err(Some(format!("published scores do not assist, because {why}")));
+    // Results of older versions lack the sections of newer methods.
+    let known = file["settings"].as_object_mut().expect("the files are those of the script");
+    known.retain(|section, _| settings.get(section).is_some());
+    if let Some(named) = assisting::differences(&file["settings"], settings) {
+        return unfit(&format!("settings differ: {named}"));
+    }
+    let rows = file["points"].as_array().map_or(&[][..], Vec::as_slice);
+    let is_same = |(row, point): (&Value, &PointMdp)| {
+        let importance = row[1].as_f64().unwrap_or(f64::NAN);
+        row[0] == *point.id && (importance - point.importance).abs() <= TOLERANCE
+    };
+    if rows.len() != family.points.len() || !rows.iter().zip(&family.points).all(is_same) {
+        return unfit("the family is another one");
+    }
+    let input = |(column, method): (usize, &Value)| {
+        // The baseline comes first.
+        let measure = if column == 0 { Measure::Objective } else { Measure::Score };
+        let values = rows.iter().map(|row| row[column + 2].as_f64()).collect::<Option<_>>()?;
+        Some((Input { method: method.as_str()?.to_owned(), measure }, values))
+    };
+    let methods = file["inputs"].as_array().into_iter().flatten();
+    let inputs = methods.enumerate().map(input).collect::<Option<_>>();
+    Ok((inputs.expect("every row has a number per method"), file["settings"].take()))
+}
+
+/// Returns a sample by Bayesian quadrature that published scores of the scenario assist.
+///
+/// # Errors
+///
+/// Those of [`inputs`].
+pub fn choice(problem: &dyn Problem, budget: usize) -> Result<Choice, Option<String>> {
+    let family = problem.family();
+    let (inputs, settings) = inputs(family, &problem.settings())?;
+    let mut design = Design::of(family);
+    inputs.iter().for_each(|(input, values)| design.add_input(input, values));
+    Ok(Choice::Budget {
+        budget,
+        sampling: Sampling::BayesianQuadrature,
+        design: Some(design.assisting()),
+        assisting: Some(settings),
+    })
+}
+
+/// Compares the methods of a report with their published rows: a sentence on those that agree, and one on those that do not.
+/// Methods with other settings, results of another version or simulator, and joined runs are not compared.
+pub(crate) fn compared(data: &Report) -> Vec<String> {
+    let identity = &data.manifest.identity;
+    let Some(file) = of(&identity.scenario, &identity.settings) else { return Vec::new() };
+    let fits = |there: &Value| assisting::differing(there, &identity.settings).is_empty();
+    let is_other = file["version"] != *identity.tsc_family
+        || file["simulator"] != *identity.simulator
+        || !(fits(&file["settings"]) && data.reference.is_baseline && data.runs.is_none());
+    if is_other {
+        return Vec::new();
+    }
+    let (mut agree, mut differ) = (Vec::new(), Vec::new());
+    let rows = || file["methods"].as_array().into_iter().flatten();
+    let ranked = data.methods.iter().filter(|m| m.rank.is_some() && !m.is_reference);
+    for (m, row) in ranked.filter_map(|m| Some((m, rows().find(|row| row["method"] == *m.method)?)))
+    {
+        let Some((score, interval)) = m.overall.zip(m.interval) else { continue };
+        let number = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
+        let there = (number("score"), (number("low"), number("high")));
+        // Of learners the row has their own settings.
+        if identity.controller(&m.method).is_some() || !row.get("settings").is_none_or(fits) {
+            continue;
+        }
+        let said = |(score, interval)| format::score_within(score, Some(interval));
+        let both = format!("{} {} here, {} there", m.method, said((score, interval)), said(there));
+        if apart((score, interval), there) { &mut differ } else { &mut agree }.push(both);
+    }
+    let of = format!("the published results of version {}", identity.tsc_family);
+    let sentence = |what: &str, all: Vec<String>| {
+        (!all.is_empty()).then(|| format!("{what} {of}: {}.", all.join("; ")))
+    };
+    let differ = sentence("Differs by more than chance from", differ);
+    differ.into_iter().chain(sentence("Agrees with", agree)).collect()
+}
+
+/// Whether two scores differ by more than their intervals explain, which are of the same kind and taken as independent.
+fn apart(a: (f64, (f64, f64)), b: (f64, (f64, f64))) -> bool {
+    let (low, high) = if a.0 < b.0 { (a, b) } else { (b, a) };
+    let reach = (low.1.1 - low.0).hypot(high.0 - high.1.0);
+    high.0 - low.0 > reach
+}
