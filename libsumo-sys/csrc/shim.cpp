@@ -574,9 +574,12 @@ int32_t sumo_topology(SumoTopology *description) {
 }
 
 int32_t sumo_install(const char *signal, const char *program, int32_t type,
-                     const SumoPhase *phases, size_t phase_count) {
+                     const SumoPhase *phases, size_t phase_count, double max_gap_s) {
     return protect_running([&] {
         libsumo::TraCILogic logic(program, type, 0);
+        if (max_gap_s >= 0.0) {
+            logic.subParameter["max-gap"] = std::to_string(max_gap_s);
+        }
         const size_t index_count = TrafficLight::getControlledLinks(signal).size();
         for (const auto *phase = phases; phase != phases + phase_count; ++phase) {
             // SUMO would read past the end of a short state.

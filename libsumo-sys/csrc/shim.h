@@ -188,9 +188,10 @@ int32_t sumo_lane(const char *lane, SumoLane *description);
 /// Returns the lanes of the whole network and their connections.
 int32_t sumo_topology(SumoTopology *description);
 
-/// Installs a program and runs it from its first phase; `type` is one of TRAFFICLIGHT_TYPE_*.
+/// Installs a program and runs it from its first phase; `type` is one of TRAFFICLIGHT_TYPE_*. A negative `max_gap_s` is
+/// SUMO's default.
 int32_t sumo_install(const char *signal, const char *program, int32_t type,
-                     const SumoPhase *phases, size_t phase_count);
+                     const SumoPhase *phases, size_t phase_count, double max_gap_s);
 
 /// Enters a phase of the running program and ends it after `left_s` seconds.
 int32_t sumo_enter(const char *signal, int32_t phase, double left_s);

@@ -29,7 +29,7 @@ use crate::published;
 use crate::report::format;
 use crate::run::effort::Efforts;
 use crate::run::error::RunError;
-use crate::run::method::{Method, Training};
+use crate::run::method::{Method, TUNED, Training};
 use crate::run::plan::{Draft, EVALUATION_SEEDS, Request, draft};
 use crate::run::session::{Session, open};
 use crate::run::watchdog::Watchdog;
@@ -55,9 +55,11 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         None => methods(&args.methods, &subject),
     };
     args.controllers.check(subject.domain)?;
-    for name in args.controllers.names().filter(|name| !methods.contains(name)).collect::<Vec<_>>()
-    {
-        methods.push(name);
+    let tuned = args.tune.iter().flat_map(|name| [name.clone(), format!("{name}{TUNED}")]);
+    for name in args.controllers.names().chain(tuned) {
+        if !methods.contains(&name) {
+            methods.push(name);
+        }
     }
     let there = begun.as_ref().map(|begun| &begun.identity);
     if let Some(name) = args.replace.iter().find(|m| !there.is_some_and(|t| t.methods.contains(m)))

@@ -12,7 +12,7 @@ use tsc_family::Training;
 use tsc_family::domains;
 use tsc_family::store::Layout;
 use tsc_family::store::results::Results;
-use tsc_family::traffic::control::registry::training;
+use tsc_family::traffic::control::registry::METHODS;
 
 /// A page with a table of scores: what stands before the name of a method, the decimals of the table, the results, and the
 /// methods that it has of them.
@@ -87,7 +87,8 @@ fn scores_on_the_pages_are_those_of_the_records() {
         let mut found = 0;
         for row in &methods[name] {
             let method = row["method"].as_str().unwrap();
-            let learns = training(method) == Training::Learned;
+            let learns =
+                METHODS.iter().any(|m| m.name == method && m.training == Training::Learned);
             if matches!((of, learns), (Of::Learners, false) | (Of::Untrained, true)) {
                 continue;
             }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::common::{run, stderr, succeed};
 
-const RUN: &str = "run smoke --budget all --preset field --methods nema,fixed-time,max-pressure,idqn --eval-seeds 2 \
+const RUN: &str = "run smoke --budget all --preset field --methods nema,fixed-time,max-pressure-tuned,idqn --eval-seeds 2 \
     --set demand.horizon_s=300 --set fixed_time.simulations=8 --set training.episodes=2 --out results --quiet";
 
 fn refused(folder: &Path, args: &str) -> String {
@@ -19,7 +19,7 @@ fn an_episode_of_every_kind_of_method_is_the_one_that_was_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     succeed(folder, RUN);
-    for method in ["baseline", "nema", "fixed-time", "max-pressure", "idqn"] {
+    for method in ["baseline", "nema", "fixed-time", "max-pressure-tuned", "idqn"] {
         let command =
             format!("routes --run results --point busy --method {method} --out ep/{method}");
         let output = run(folder, &command);

@@ -11,6 +11,7 @@ use evaluation::store::error::StoreError;
 use evaluation::store::manifest::{PointRow, Task};
 use evaluation::store::record::{Outcome, Summary};
 use evaluation::store::results::Results;
+use signals::control::fixed_time::SETTING;
 use signals::movement_results::MovementResult;
 use signals::places::{DrawnIntersection, MappedIntersection, Places};
 use signals::program::{PHASES, ProgramKind, SignalProgram};
@@ -85,6 +86,8 @@ pub(crate) struct TaskPlan {
     pub objective: Option<f64>,
     /// One program per signal; empty for a method that decides while it runs.
     pub programs: Vec<SignalProgram>,
+    /// Settings that tuning has chosen, in words; empty without any.
+    pub chosen: String,
     /// Phases of the signals that a method drives by phases, in words, by signal.
     pub phases: Vec<(String, String)>,
     /// Signals of a task in which some ran in two rings: with their phases, or with the fixed cycle of the others.
@@ -112,6 +115,9 @@ fn plans(results: &Results) -> Vec<TaskPlan> {
             true => (recorded, Vec::new()),
             false => (Vec::new(), recorded),
         };
+        let chosen = |(name, value): (&String, &String)| {
+            Some(format!("{} = {value}", name.strip_prefix(SETTING)?))
+        };
         let phases = |(name, text): (&String, &String)| {
             Some((name.strip_prefix(PHASES)?.to_owned(), text.clone()))
         };
@@ -121,6 +127,7 @@ fn plans(results: &Results) -> Vec<TaskPlan> {
             replicate: task.replicate,
             objective: record.metrics.get(&identity.objective).copied(),
             programs,
+            chosen: record.details.iter().filter_map(chosen).collect::<Vec<_>>().join(", "),
             phases: record.details.iter().filter_map(phases).collect(),
             rings,
         }

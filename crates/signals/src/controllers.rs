@@ -7,7 +7,8 @@ use crate::settings::Scenario;
 use basics::units::SECONDS_PER_HOUR;
 use evaluation::run::RunError;
 use evaluation::run::domain::Effort;
-use evaluation::run::method::{Method, Training, find};
+use evaluation::run::method::{Method, TUNED, Training, find};
+use evaluation::run::search::Choice;
 use evaluation::settings::setting::NoSettings;
 
 /// The settings of a method, if it has any.
@@ -47,8 +48,9 @@ pub fn create(
     seed: u64,
 ) -> Result<Box<dyn Controller>, RunError> {
     let setup = setup(scenario, imported, seed);
-    let method = find(METHODS, name)?;
-    Ok(make(method.name, scenario, &setup).expect("both follow from the list of methods"))
+    let name = find(METHODS, name)?.name;
+    let name = name.strip_suffix(TUNED).unwrap_or(name);
+    Ok(make(name, scenario, &setup).expect("both follow from the list of methods"))
 }
 
 /// Returns what a controller is set up with in a scenario, beside the settings of its method.
@@ -60,19 +62,34 @@ pub fn setup(scenario: &Scenario, imported: bool, seed: u64) -> Setup {
     Setup { seed, episodes, imported, decision_s, longest_wait_s, nema, fixed_time }
 }
 
+/// Returns the value of a number among the settings, by its section and name.
+pub(crate) fn number(scenario: &Scenario, setting: &str) -> f64 {
+    let sections = scenario.sections();
+    let value = sections.iter().find_map(|(section, settings)| {
+        let name = setting.strip_prefix(section)?.strip_prefix('.')?;
+        Some(settings.ranges().iter().find(|range| range.name == name)?.value)
+    });
+    value.expect("the registry's test has looked it up")
+}
+
+/// Returns a scenario with other numbers among the settings.
+pub(crate) fn with_numbers(scenario: &Scenario, numbers: &Choice<'_>) -> Scenario {
+    let mut other = serde_json::to_value(scenario).expect("a scenario is plain data");
+    for (setting, value) in numbers {
+        let (section, name) = setting.split_once('.').unwrap_or_default();
+        let is_whole = value.fract() == 0.0;
+        other[section][name] = if is_whole { (*value as u64).into() } else { (*value).into() };
+    }
+    serde_json::from_value(other).expect("the registry's test has made it")
+}
+
 /// Returns the episodes that a method is trained or tuned for in a scenario with so many signals, at most:
 /// signals learn together, and tuning has [`budget`].
 fn training_episodes(method: &Method, scenario: &Scenario, signals: u32) -> u32 {
     match method.training {
         Training::None => 0,
         Training::Learned => scenario.training.episodes,
-        Training::Tuned { episodes } => {
-            let (own, sections) = (method.section(), scenario.sections());
-            let ranges = sections.iter().find(|(name, _)| *name == own).map(|(_, s)| s.ranges());
-            let setting = ranges.into_iter().flatten().find(|r| r.name == episodes);
-            let each = setting.expect("the registry's test has looked it up").value as u32;
-            budget(each, signals)
-        }
+        Training::Tuned { episodes } => budget(number(scenario, episodes) as u32, signals),
     }
 }
 

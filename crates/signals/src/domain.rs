@@ -166,7 +166,10 @@ impl Domain for Traffic {
         for path in self.own_of(method).into_iter().flat_map(Own::read) {
             held.hold(path)?;
         }
-        Ok(Box::new(SignalTrial::new(env, controller, held)))
+        let mut trial = SignalTrial::new(env, controller, held);
+        let tuned = METHODS.iter().find(|m| m.name == method && m.is_tuned());
+        trial.tuned = tuned.map(|method| (*method, scenario, imported, seed));
+        Ok(Box::new(trial))
     }
 
     /// SUMO takes a colon in the name of an output for a port to connect to, a comma in the name of an input for the end of

@@ -3,9 +3,10 @@
 //! A method that was trained comes from its model; one that was tuned runs the cycle or the greens that its record has; every other one
 //! does as it did. Metrics say whether it is the same episode.
 
+use super::control::fixed_time::SETTING;
 use super::control::registry::METHODS;
 use super::control::{ControlError, Controller, Drive, Same, SignalSpec, coordinated, existing};
-use super::controllers::create;
+use super::controllers::{create, with_numbers};
 use super::domain::scenario_of;
 use super::environment::{environment, planned_world};
 use super::model::SignalModel;
@@ -63,6 +64,9 @@ pub fn replay<S: Sim>(
 ) -> Result<(Metrics, Vec<SignalProgram>), RunError> {
     let input = |e: String| TrialError::Input(e.into());
     let scenario = scenario_of(site.settings).map_err(input)?;
+    let chosen = summary.details.iter();
+    let chosen = chosen.filter_map(|(s, v)| Some((s.strip_prefix(SETTING)?, v.parse().ok()?)));
+    let scenario = with_numbers(&scenario, &chosen.collect());
     let method = summary.method.as_str();
     let own_program = method == super::control::program::METHOD.name;
     let world = planned_world(site.point, site.prepared, own_program, method);
@@ -78,18 +82,18 @@ pub fn replay<S: Sim>(
             return Err(input(format!("{method} {message}")).into());
         }
         Ok(known) => match known.training {
-            Training::None => create(method, &scenario, imported, summary.seed)?,
             Training::Learned => {
                 let model = SignalModel::new(SavedModel::read(&model)?, METHODS)?;
                 model.controller(known.name, &scenario, |scenario, seed| {
                     create(method, scenario, imported, seed)
                 })?
             }
-            Training::Tuned { .. } => {
+            Training::Tuned { .. } if !known.is_tuned() => {
                 let programs = summary.programs.read::<Vec<SignalProgram>>();
                 let wrong = |e| input(format!("the programs of its record cannot be read: {e}"));
                 recorded(programs.map_err(wrong)?, &scenario)
             }
+            _ => create(method, &scenario, imported, summary.seed)?,
         },
     };
     let mut env = environment(sim, world, &scenario, site.scratch);

@@ -2,18 +2,23 @@
 
 use std::collections::BTreeMap;
 
+use super::control::fixed_time::{KEPT, SETTING, SIMULATIONS, TUNING};
 use super::control::{ControlError, Controller, EpisodeOutcome, Trainer};
+use super::controllers::{create, number, with_numbers};
 use super::env::SignalEnv;
 use super::env::by_movement::MovementTotals;
 use super::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
 use super::environment::InputFiles;
 use super::movement_results;
 use super::program::PHASES;
+use super::settings::Scenario;
 use super::sim::{Sim, SimError};
 use super::street_results::ByStreet;
 use basics::files::numbers::is_usable;
 use evaluation::run::domain::{Course, Policy, Trial};
 use evaluation::run::fault::TrialError;
+use evaluation::run::method::{Method, Training};
+use evaluation::run::search::{Choice, tune};
 use evaluation::store::opaque::Opaque;
 use evaluation::store::record::{Metrics, Row, RowKind};
 use learners::nn::archive::Archive;
@@ -41,6 +46,9 @@ pub struct SignalTrial<S> {
     pub controller: Box<dyn Controller>,
     /// What is read while it goes on.
     pub held: InputFiles,
+    /// The method whose settings are tuned, the scenario, whether it is imported, and the seed; then what was chosen, as details.
+    pub tuned: Option<(Method, Scenario, bool, u64)>,
+    chosen: BTreeMap<String, String>,
     /// What the evaluation episodes so far are made of.
     movements: Vec<Vec<MovementTotals>>,
     streets: ByStreet,
@@ -50,15 +58,36 @@ pub struct SignalTrial<S> {
 impl<S> SignalTrial<S> {
     /// Returns a controller on signals.
     pub fn new(env: SignalEnv<S>, controller: Box<dyn Controller>, held: InputFiles) -> Self {
-        let (movements, streets) = (Vec::new(), ByStreet::default());
-        Self { env, controller, held, movements, streets, standing: None }
+        let (movements, streets, chosen) = (Vec::new(), ByStreet::default(), BTreeMap::new());
+        Self { env, controller, held, tuned: None, chosen, movements, streets, standing: None }
     }
 }
 
 impl<S: Sim> Trial for SignalTrial<S> {
     fn train(&mut self, course: &mut dyn Course) -> Result<(), TrialError> {
-        let mut school = School { env: &mut self.env, course, held: &self.held };
-        Ok(self.controller.train(&mut school)?)
+        let Self { env, controller, held, chosen, .. } = self;
+        let mut school = School { env, course, held };
+        let Some((method, scenario, imported, seed)) = self.tuned.take() else {
+            return Ok(controller.train(&mut school)?);
+        };
+        let Training::Tuned { episodes } = method.training else { return Ok(()) };
+        let start = method.tunes.iter().map(|(s, _)| (*s, number(&scenario, s))).collect();
+        let make = |choice: &Choice<'_>| {
+            let other = with_numbers(&scenario, choice);
+            let controller = create(method.name, &other, imported, seed);
+            (other.signal.delta_time_s, controller.expect("it was made before"))
+        };
+        let (mut used, most) = (0, number(&scenario, episodes) as u32);
+        let choice = tune(&start, method.tunes, most, &mut |choice, seed| {
+            used += 1;
+            (school.env.signal_settings.delta_time_s, *controller) = make(choice);
+            school.episode(controller.as_mut(), seed).map(|played| played.delay_s)
+        })?;
+        (env.signal_settings.delta_time_s, *controller) = make(&choice);
+        chosen.extend(choice.iter().map(|(name, v)| (format!("{SETTING}{name}"), v.to_string())));
+        chosen.insert(SIMULATIONS.to_owned(), used.to_string());
+        chosen.extend((choice == start).then(|| (TUNING.to_owned(), KEPT.to_owned())));
+        Ok(())
     }
 
     fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
@@ -94,6 +123,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
     /// What the controller says, the phases of signals that run in two rings, and who stood for long.
     fn details(&self) -> BTreeMap<String, String> {
         let mut details = self.controller.details();
+        details.extend(self.chosen.clone());
         let rings = self.env.dual_rings();
         details.extend(rings.map(|(signal, phases)| (format!("{PHASES}{signal}"), phases)));
         details.extend(self.standing.iter().map(|text| (STANDING.to_owned(), text.clone())));

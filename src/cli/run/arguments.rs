@@ -21,6 +21,7 @@ Examples:
   tsc-family run --budget 20 --out results/slc
   tsc-family run --budget all --eval-seeds 10 --out results/all
   tsc-family run smoke --methods max-pressure,actuated --out results/smoke
+  tsc-family run --budget 20 --tune max-pressure,actuated,nema --out results/tuned
   tsc-family run smoke --methods idqn --episodes 20 --set signal.delta_time_s=5 --out results/short
   tsc-family run --sumocfg city/a.sumocfg --sumocfg city/b.sumocfg --methods program,max-pressure
   tsc-family run cartpole --preset tuned --budget 40 --methods ppo,dqn
@@ -76,6 +77,10 @@ pub struct RunArgs {
     /// for control tasks ppo, and dqn or sac where the task has it]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub methods: Vec<String>,
+    /// Methods that run as they are, and with settings that are tuned on every point MDP as NAME-tuned: max-pressure,
+    /// actuated, nema
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub tune: Vec<String>,
     /// Methods that are not the program's own
     #[command(flatten)]
     pub controllers: ControllersArgs,

@@ -13,12 +13,15 @@ pub enum Training {
     None,
     /// It searches for settings in simulation; another task seed may find others.
     Tuned {
-        /// The setting of its section that says how many episodes it may use.
+        /// The setting, with its section, that says how many episodes it may use.
         episodes: &'static str,
     },
     /// It learns; another task seed learns something else.
     Learned,
 }
+
+/// End of the name of a method of which settings are tuned, after the name of the method.
+pub const TUNED: &str = "-tuned";
 
 /// A method as `tsc-family run --methods` knows it.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +43,10 @@ pub struct Method {
     pub dash: &'static str,
     /// Its settings; none for a method without a section.
     pub settings: &'static [Setting],
+    /// Settings, with their sections, that may be tuned, each with the values that are tried.
+    pub tunes: &'static [(&'static str, &'static [f64])],
+    /// Sections that it reads beside its own.
+    pub reads: &'static [&'static str],
 }
 
 impl Method {
@@ -56,6 +63,8 @@ impl Method {
             color,
             dash,
             settings: &[],
+            tunes: &[],
+            reads: &[],
         }
     }
 
@@ -64,9 +73,15 @@ impl Method {
         Self { color, dash: "", ..Self::new(name, "", training) }
     }
 
+    /// Whether it is another method but for its settings, which are tuned.
+    pub fn is_tuned(&self) -> bool {
+        !self.tunes.is_empty() && self.training != Training::None
+    }
+
     /// Returns the name of its section of a scenario.
     pub fn section(&self) -> String {
-        self.name.replace('-', "_")
+        let name = self.name.strip_suffix(TUNED).filter(|_| self.is_tuned());
+        name.unwrap_or(self.name).replace('-', "_")
     }
 }
 

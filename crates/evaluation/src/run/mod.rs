@@ -15,6 +15,7 @@ pub mod method;
 pub mod model;
 pub mod plan;
 pub mod progress;
+pub mod search;
 pub mod selection;
 pub mod session;
 pub mod stop;

@@ -233,7 +233,7 @@ pub fn complete(
 /// # Arguments
 ///
 /// * `replaced` — methods whose records are computed again.
-/// * `untrained` — methods that do not learn, whose records do not depend on the settings of training.
+/// * `known` — the methods of the domain, which say what records depend on.
 ///
 /// # Errors
 ///
@@ -243,7 +243,7 @@ pub fn establish(
     manifest: Manifest,
     tasks: &[Task],
     design: Option<&Design>,
-    (replaced, untrained): (&[String], &[&str]),
+    (replaced, known): (&[String], &[Method]),
 ) -> Result<(Manifest, Option<usize>), StoreError> {
     finish_adding(layout)?;
     if !layout.manifest().exists() {
@@ -257,7 +257,7 @@ pub fn establish(
         write_design(layout, design, true)?;
         return Ok((existing, None));
     }
-    let Some(difference) = obstacle(there, now, (replaced, untrained)) else {
+    let Some(difference) = obstacle(there, now, (replaced, known)) else {
         // All commands together make the run.
         let Provenance { started, command: before, .. } = &existing.provenance;
         let command = match manifest.provenance.command {
@@ -299,7 +299,7 @@ const NUMBERED: [&str; 2] = ["logs", "jobs"];
 fn obstacle(
     there: &Identity,
     now: &Identity,
-    (replaced, untrained): (&[String], &[&str]),
+    (replaced, known): (&[String], &[Method]),
 ) -> Option<String> {
     let mut same = now.clone();
     let stays = |method: &String| there.methods.contains(method);
@@ -316,16 +316,26 @@ fn obstacle(
     // A setting of a method that is new here has been read by nobody, unless by a learner that is built on that method.
     let of_learner =
         |method: &String| there.controllers.iter().any(|own| own.learner.as_ref() == Some(method));
+    let of_there = || known.iter().filter(|m| there.methods.iter().any(|name| name == m.name));
+    let is_read = |section: &str| {
+        of_there().any(|m| {
+        let own = m.section() == section || m.reads.contains(&section);
+        own || matches!(m.training, Training::Tuned { episodes } if episodes.starts_with(section))
+    })
+    };
     for method in now.methods.iter().filter(|m| !stays(m) && !of_learner(m)) {
         let section = method.replace('-', "_");
         if let (Some(own), Some(before)) =
             (same.settings.get_mut(&section), there.settings.get(&section))
+            && !is_read(&section)
         {
             own.clone_from(before);
         }
     }
     // Nor have settings of training been read where no method learns.
-    if there.methods.iter().all(|m| untrained.contains(&m.as_str()))
+    let learns =
+        |name: &String| known.iter().all(|m| m.name != name || m.training == Training::Learned);
+    if !there.methods.iter().any(learns)
         && let (Some(own), Some(before)) =
             (same.settings.get_mut(TRAINING), there.settings.get(TRAINING))
     {
@@ -696,18 +706,27 @@ mod adding {
     }
 
     #[test]
-    fn settings_of_training_may_change_while_no_method_learns() {
+    fn settings_that_no_method_there_reads_may_change() {
         let (mut there, _) = with_request(&names(&["tuner"]), 2, 1);
-        there.identity.settings = json!({"training": {"episodes": 100}, "demand": 1});
+        there.identity.settings =
+            json!({"training": {"episodes": 100}, "demand": 1, "learner": {"rate": 1}});
         let (mut now, _) = with_request(&names(&["tuner", "learner"]), 2, 1);
         now.identity.methods = names(&["zero", "tuner", "learner"]);
-        now.identity.settings = json!({"training": {"episodes": 6}, "demand": 1});
-        let differs = |untrained: &[&str], now: &Manifest| {
-            obstacle(&there.identity, &now.identity, (&[], untrained))
+        now.identity.settings =
+            json!({"training": {"episodes": 6}, "demand": 1, "learner": {"rate": 2}});
+        let zero = Method::new("zero", "", Training::None);
+        let tuner = |training, reads| Method { reads, ..Method::new("tuner", "", training) };
+        let differs = |tuner: Method, now: &Manifest| {
+            obstacle(&there.identity, &now.identity, (&[], &[zero, tuner]))
         };
-        assert_eq!(differs(&["zero", "tuner"], &now), None);
-        assert!(differs(&["zero"], &now).unwrap().contains("training.episodes is 100 there"));
+        let tuned = Training::Tuned { episodes: "" };
+        assert_eq!(differs(tuner(tuned, &[]), &now), None);
+        let learns = differs(tuner(Training::Learned, &[]), &now).unwrap();
+        assert!(learns.contains("training.episodes is 100 there"));
+        assert!(
+            differs(tuner(tuned, &["learner"]), &now).unwrap().contains("learner.rate is 1 there")
+        );
         now.identity.settings["demand"] = json!(2);
-        assert!(differs(&["zero", "tuner"], &now).unwrap().contains("demand is 1 there"));
+        assert!(differs(tuner(tuned, &[]), &now).unwrap().contains("demand is 1 there"));
     }
 }

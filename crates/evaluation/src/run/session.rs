@@ -14,7 +14,6 @@ use super::domain::{Domain, Problem, domain_of};
 use super::error::RunError;
 use super::executor::local::GRACE;
 use super::executor::{Launcher, Local};
-use super::method::Training;
 use super::plan::{Draft, Request, complete, establish, take_along};
 use super::progress::{Failure, Fault};
 use super::stop::Stop;
@@ -75,9 +74,7 @@ pub fn open<'a>(
     layout.make()?;
     let lock = lock(&layout, &started)?;
     let design = draft.design.as_ref();
-    let untrained = request.domain.methods().iter().filter(|m| m.training != Training::Learned);
-    let untrained: Vec<&str> = untrained.map(|m| m.name).collect();
-    let change = (request.replace, &untrained[..]);
+    let change = (request.replace, request.domain.methods());
     let (manifest, kept) = establish(&layout, manifest, &tasks, design, change)?;
     let (domain, manifest) = (request.domain, Arc::new(manifest));
     let session = Session { domain, layout, manifest, prepared: folder, kept, _lock: lock };

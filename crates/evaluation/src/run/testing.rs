@@ -107,16 +107,7 @@ pub(super) struct Toy {
 }
 
 const fn method(name: &'static str, training: Training) -> Method {
-    Method {
-        name,
-        summary: "for tests",
-        training,
-        default: true,
-        decision_s: 0.0,
-        color: "#000000",
-        dash: "",
-        settings: &[],
-    }
+    Method { default: true, ..Method::new(name, "for tests", training) }
 }
 
 const METHODS: [Method; 4] = [

@@ -178,7 +178,8 @@ fn columns(Seen { data, shown }: Seen<'_>) -> Columns<'_, Row<'_>> {
 /// Returns the rows of a plan.
 fn rows(plan: &TaskPlan, file: String) -> Vec<Row<'_>> {
     let row = |signal, program, green, remark: &str| {
-        let (file, remark) = (file.clone(), remark.to_owned());
+        let both = [remark, &plan.chosen].into_iter().filter(|text| !text.is_empty());
+        let (file, remark) = (file.clone(), both.collect::<Vec<_>>().join("; tuned: "));
         Row { plan, signal, program, green, file, remark }
     };
     if !plan.programs.is_empty() {

@@ -33,6 +33,9 @@ pub(super) fn additional(
             escape(method),
             program.offset_s,
         );
+        if let Some(gap_s) = program.max_gap_s.filter(|_| !program.own) {
+            text += &format!("        <param key=\"max-gap\" value=\"{gap_s}\"/>\n");
+        }
         for phase in &program.phases {
             let bound = |name: &str, value: Option<f64>| {
                 value.map_or_else(String::new, |v| format!(" {name}=\"{v}\""))
@@ -79,7 +82,11 @@ mod tests {
             ..ProgramPhase::fixed(state, duration_s)
         };
         let phases = vec![phase("Gr", 7.0, Some(50.0)), phase("yr", 3.0, None)];
-        SignalProgram { own, ..SignalProgram::new("a&b", ProgramKind::Actuated, phases) }
+        SignalProgram {
+            own,
+            max_gap_s: Some(2.5),
+            ..SignalProgram::new("a&b", ProgramKind::Actuated, phases)
+        }
     }
 
     #[test]
@@ -91,6 +98,7 @@ mod tests {
         -->
         <additional>
             <tlLogic id="a&amp;b" type="actuated" programID="actuated" offset="0">
+                <param key="max-gap" value="2.5"/>
                 <phase duration="7" minDur="7" maxDur="50" state="Gr"/>
                 <phase duration="3" state="yr"/>
             </tlLogic>

@@ -36,13 +36,18 @@ use super::webster::{Constants, greens, split};
 use super::{ControlError, Controller, Drive, Light, Setup, SignalSpec, Trainer};
 use crate::program::{ProgramPhase, RingStages};
 use evaluation::run::method::{Method, Training};
+use evaluation::run::search::{SEARCH_SEED, search};
 use evaluation::settings::setting::settings;
 
 /// The method.
 pub const METHOD: Method = Method {
     summary: "dual-ring, actuated control within a common cycle with offsets",
     settings: Config::SETTINGS,
-    ..Method::built_in("coordinated", Training::Tuned { episodes: "simulations" }, "#8787b4")
+    ..Method::built_in(
+        "coordinated",
+        Training::Tuned { episodes: "coordinated.simulations" },
+        "#8787b4",
+    )
 };
 
 settings! {
@@ -63,9 +68,6 @@ settings! {
         left_detector_m: f64 = 10.0, in 1.0..=200.0, unit "m", source "as for nema";
     }
 }
-
-/// Seed of the episodes that plans are compared on.
-const SEED: u32 = 0;
 
 /// Shortest and longest cycle that is tried, relative to Webster's.
 const CYCLES: [f64; 2] = [0.75, 1.5];
@@ -140,7 +142,7 @@ impl Controller for Coordinated {
     }
 
     fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
-        let flow_vph = trainer.episode(self, SEED)?.lane_flow_vph;
+        let flow_vph = trainer.episode(self, SEARCH_SEED)?.lane_flow_vph;
         self.used += 1;
         // Those counted on the lanes of its movements, the mean over its stop lines.
         let weight = |street: &Street| {
@@ -151,18 +153,15 @@ impl Controller for Coordinated {
             street.iter().map(at).sum::<f64>() / street.len() as f64
         };
         self.weights = self.streets.iter().map(weight).collect();
-        let most = budget(self.config.simulations, self.signals.len() as u32) as usize - 1;
-        let mut best: Option<(f64, Plans)> = None;
-        for plans in self.candidates(&flow_vph).into_iter().take(most) {
+        let most = budget(self.config.simulations, self.signals.len() as u32) - 1;
+        let (candidates, mut tried) = ((self.candidates(&flow_vph), most), Vec::new());
+        search(&mut tried, candidates, None, &mut |plans: &Plans| {
             self.plans = Some(plans.clone());
-            let delay_s = trainer.episode(self, SEED)?.delay_s;
             self.used += 1;
-            if best.as_ref().is_none_or(|(least_s, _)| delay_s < *least_s) {
-                best = Some((delay_s, plans));
-            }
-        }
+            trainer.episode(self, SEARCH_SEED).map(|played| played.delay_s)
+        })?;
         let none = "no cycle fits the limits of all signals; change the limits of [signal]";
-        self.plans = Some(best.ok_or_else(|| self.fail(none))?.1);
+        self.plans = Some(tried.into_iter().next().ok_or_else(|| self.fail(none))?.1);
         Ok(())
     }
 

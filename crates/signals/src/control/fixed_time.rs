@@ -3,7 +3,7 @@
 //! For each point MDP, on training seeds only:
 //! 1. One episode with the network's own program counts the vehicles per lane.
 //! 2. Every set of phases that serves all movements is tried with Webster's cycle and splits.
-//! 3. The greens of the best set are [searched](super::search).
+//! 3. The greens of the best set are [searched](evaluation::run::search).
 //! 4. The two best cycles and the own program are compared on further training seeds only, so that
 //!    a plan is not chosen because it happens to suit one arrival pattern.
 //!
@@ -30,12 +30,12 @@ mod tests;
 use std::collections::BTreeMap;
 
 use super::phase_sets::covering;
-use super::search::search;
 use super::webster::{Constants, greens, within};
 use super::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Setup, SignalSpec, Trainer,
 };
 use evaluation::run::method::{Method, Training};
+use evaluation::run::search::{FINALS, SEARCH_SEED, decide, search};
 use evaluation::settings::setting::settings;
 
 /// The method.
@@ -43,7 +43,11 @@ pub const METHOD: Method = Method {
     summary: "fixed time, tuned per point MDP in simulation",
     default: true,
     settings: Config::SETTINGS,
-    ..Method::built_in("fixed-time", Training::Tuned { episodes: "simulations" }, "#0072b2")
+    ..Method::built_in(
+        "fixed-time",
+        Training::Tuned { episodes: "fixed_time.simulations" },
+        "#0072b2",
+    )
 };
 
 settings! {
@@ -71,18 +75,24 @@ pub const OWN: &str = "the network's own program";
 /// Start of the names of details that are plans; the signal follows.
 pub const PLAN: &str = "plan ";
 
+/// Start of the names of details that are settings which tuning has chosen; the setting follows.
+pub const SETTING: &str = "setting ";
+
 /// Name of the detail that counts the episodes of tuning.
-pub(super) const SIMULATIONS: &str = "simulations";
+pub(crate) const SIMULATIONS: &str = "simulations";
 
 /// Name of the detail that says what became of tuning, and what it then says.
-pub(super) const TUNING: &str = "tuning";
-pub(super) const KEPT: &str = "kept the plans that it started from";
+pub(crate) const TUNING: &str = "tuning";
+pub(crate) const KEPT: &str = "kept the plans that it started from";
 
 /// Returns whether tuning kept the plans that it started from, by the details of its record; `None` where nothing was
 /// tuned.
 pub fn kept_start(details: &BTreeMap<String, String>) -> Option<bool> {
     details.get(SIMULATIONS)?;
-    let mut plans = details.iter().filter(|(name, _)| name.starts_with(PLAN)).peekable();
+    let mut plans = details
+        .iter()
+        .filter(|(name, _)| name.starts_with(PLAN) || name.starts_with(SETTING))
+        .peekable();
     plans.peek()?;
     let says = details.get(TUNING).is_some_and(|text| text == KEPT);
     Some(says || plans.all(|(_, text)| text == OWN))
@@ -99,15 +109,6 @@ fn describe(signal: &SignalSpec, plan: &Drive) -> String {
         .collect();
     format!("cycle {cycle_s} s: {}", greens.join(", "))
 }
-
-/// Seed of the episodes that the search compares plans on.
-const SEARCH_SEED: u32 = 0;
-
-/// Further seeds for the final comparison.
-const FINAL_SEEDS: [u32; 2] = [1, 2];
-
-/// Plans in the final comparison, the own program included.
-const FINALISTS: usize = 3;
 
 /// Largest share of the simulations that goes into trying sets of phases.
 const SETS_SHARE: f64 = 0.4;
@@ -158,7 +159,8 @@ impl Controller for FixedTime {
     }
 
     fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
-        let first = self.run(trainer, SEARCH_SEED)?;
+        self.used = 1;
+        let first = trainer.episode(self, SEARCH_SEED)?;
         let flow_vph = &first.lane_flow_vph;
         let start: Vec<Drive> = (self.signals.iter().zip(flow_vph))
             .map(|(spec, flow_vph)| self.start(spec, flow_vph))
@@ -188,15 +190,6 @@ impl Controller for FixedTime {
 }
 
 impl FixedTime {
-    fn run(
-        &mut self,
-        trainer: &mut dyn Trainer,
-        seed: u32,
-    ) -> Result<EpisodeOutcome, ControlError> {
-        self.used += 1;
-        trainer.episode(self, seed)
-    }
-
     fn start(&self, spec: &SignalSpec, flow_vph: &[f64]) -> Drive {
         match spec.limits.own_program {
             true => Drive::OwnProgram,
@@ -212,8 +205,7 @@ impl FixedTime {
         flow_vph: &[f64],
         own_delay_s: f64,
     ) -> Result<(), ControlError> {
-        let finals = (FINALISTS * FINAL_SEEDS.len()) as u32;
-        let search = budget.saturating_sub(finals);
+        let search = budget.saturating_sub(FINALS);
         let spec = self.signals[0].clone();
         let most_sets = (f64::from(search) * SETS_SHARE).ceil() as usize;
         let sets = covering(&spec).into_iter().take(most_sets);
@@ -225,12 +217,10 @@ impl FixedTime {
             // Nothing can be simulated, and the own program is no choice: Webster's plan as it is.
             tried.push((own_delay_s, self.start(&spec, flow_vph)));
         }
-        let (own, mut cycles): (Vec<_>, Vec<_>) =
-            tried.into_iter().partition(|(_, plan)| *plan == Drive::OwnProgram);
-        cycles.sort_by(|a, b| a.0.total_cmp(&b.0));
-        cycles.truncate(FINALISTS - 1);
-        let finalists = own.into_iter().chain(cycles).map(|(s, plan)| (s, vec![plan])).collect();
-        self.plans = self.decide(trainer, finalists, budget >= finals)?;
+        let plan = decide(tried, &Drive::OwnProgram, budget >= FINALS, &mut |plan, seed| {
+            self.try_network(trainer, std::slice::from_ref(plan), seed)
+        })?;
+        self.plans = vec![plan];
         Ok(())
     }
 
@@ -249,15 +239,6 @@ impl FixedTime {
         plans: Vec<Drive>,
         budget: u32,
     ) -> Result<Vec<(f64, Drive)>, ControlError> {
-        // What it begins with cost nothing.
-        let free = tried.len();
-        for plan in plans {
-            if !tried.iter().any(|(_, other)| *other == plan) {
-                self.plans[signal] = plan.clone();
-                tried.push((self.run(trainer, SEARCH_SEED)?.delay_s, plan));
-            }
-        }
-        let left = budget.saturating_sub((tried.len() - free) as u32);
         let spec = self.signals[signal].clone();
         let logs = |plan: &Drive| match plan {
             Drive::Cycle(greens) => Some(greens.iter().map(|(_, green)| green.ln()).collect()),
@@ -270,36 +251,12 @@ impl FixedTime {
             let greens = within(&spec, &phases, &greens);
             Drive::Cycle(phases.into_iter().map(GreenPhase).zip(greens).collect())
         };
-        let mut simulate = |plan: &Drive| {
-            self.plans[signal] = plan.clone();
-            Ok(self.run(trainer, SEARCH_SEED)?.delay_s)
-        };
-        search(&mut tried, left, &logs, &with, &mut simulate)?;
+        search(&mut tried, (plans, budget), Some((&logs, &with)), &mut |plan| {
+            let mut network = self.plans.clone();
+            network[signal] = plan.clone();
+            self.try_network(trainer, &network, SEARCH_SEED)
+        })?;
         Ok(tried)
-    }
-
-    /// Returns the network with the least delay on further seeds, of equal ones the first; without further seeds the delay on
-    /// the search seed decides.
-    fn decide(
-        &mut self,
-        trainer: &mut dyn Trainer,
-        finalists: Vec<(f64, Vec<Drive>)>,
-        with_finals: bool,
-    ) -> Result<Vec<Drive>, ControlError> {
-        let mut best: Option<(f64, Vec<Drive>)> = None;
-        for (search_delay_s, network) in finalists {
-            let mut total_s = search_delay_s;
-            if with_finals {
-                total_s = 0.0;
-                for seed in FINAL_SEEDS {
-                    total_s += self.try_network(trainer, &network, seed)?;
-                }
-            }
-            if best.as_ref().is_none_or(|(least, _)| total_s < *least) {
-                best = Some((total_s, network));
-            }
-        }
-        Ok(best.expect("there is at least one plan").1)
     }
 
     /// Finds the plans of several signals.
@@ -311,40 +268,33 @@ impl FixedTime {
         first: &EpisodeOutcome,
     ) -> Result<(), ControlError> {
         let flow_vph = &first.lane_flow_vph;
-        let finals = (FINALISTS * FINAL_SEEDS.len()) as u32;
-        let most = budget(self.simulations, self.signals.len() as u32).saturating_sub(finals);
+        let most = budget(self.simulations, self.signals.len() as u32).saturating_sub(FINALS);
         let start_s = match start.iter().all(|plan| *plan == Drive::OwnProgram) {
             true => first.delay_s,
             false => self.try_network(trainer, start, SEARCH_SEED)?,
         };
-        let (mut best_s, mut best) = (start_s, start.to_vec());
+        let mut tried = vec![(start_s, start.to_vec())];
         let most_sets =
-            (f64::from(self.simulations.saturating_sub(finals + 1)) * SETS_SHARE).ceil();
-        for network in self.joint(flow_vph, most_sets as usize) {
-            if self.used < most && network != start {
-                let delay_s = self.try_network(trainer, &network, SEARCH_SEED)?;
-                if delay_s < best_s {
-                    (best_s, best) = (delay_s, network);
-                }
-            }
-        }
-        let joint = best.clone();
-        self.plans.clone_from(&best);
+            (f64::from(self.simulations.saturating_sub(FINALS + 1)) * SETS_SHARE).ceil();
+        let joint = self.joint(flow_vph, most_sets as usize);
+        let joint = (joint, most.saturating_sub(self.used));
+        search(&mut tried, joint, None, &mut |network: &Vec<Drive>| {
+            self.try_network(trainer, network, SEARCH_SEED)
+        })?;
+        let (mut best_s, joint) = tried.swap_remove(0);
+        self.plans.clone_from(&joint);
         let busiest = first.busiest();
         for (done, signal) in busiest.iter().enumerate() {
             let left = most.saturating_sub(self.used);
             let share = left / (busiest.len() - done) as u32;
             best_s = self.tune_one(trainer, *signal, (share, left), &flow_vph[*signal], best_s)?;
         }
-        let mut finalists = vec![start.to_vec()];
-        for network in [joint, self.plans.clone()] {
-            if !finalists.contains(&network) {
-                finalists.push(network);
-            }
-        }
-        let is_open = finalists.len() > 1;
+        let finalists = [start.to_vec(), joint, self.plans.clone()];
+        let is_open = finalists.iter().any(|network| network != start);
         let finalists = finalists.into_iter().map(|network| (0.0, network)).collect();
-        self.plans = self.decide(trainer, finalists, is_open)?;
+        self.plans = decide(finalists, &start.to_vec(), is_open, &mut |plans, seed| {
+            self.try_network(trainer, plans, seed)
+        })?;
         Ok(())
     }
 
@@ -391,6 +341,7 @@ impl FixedTime {
         seed: u32,
     ) -> Result<f64, ControlError> {
         self.plans = plans.to_vec();
-        Ok(self.run(trainer, seed)?.delay_s)
+        self.used += 1;
+        trainer.episode(self, seed).map(|played| played.delay_s)
     }
 }

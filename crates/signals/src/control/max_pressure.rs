@@ -59,6 +59,7 @@ pub const METHOD: Method = Method {
     summary: "the phase that relieves the most pressure (Varaiya), at every decision",
     default: true,
     settings: Config::SETTINGS,
+    tunes: &[("signal.delta_time_s", &[5.0, 10.0, 15.0, 20.0, 30.0])],
     ..Method::built_in("max-pressure", Training::None, "#d55e00")
 };
 

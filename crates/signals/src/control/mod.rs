@@ -23,7 +23,6 @@ pub mod phase_sets;
 pub mod program;
 pub mod registry;
 pub mod retime;
-mod search;
 pub mod senses;
 pub mod state;
 pub mod streets;
@@ -239,8 +238,8 @@ pub enum Drive {
     /// The greens of the network's own program, each for the same time, seconds, within the limits.
     OwnEqualSplit(f64),
     /// The greens of the network's own program, prolonged by SUMO while vehicles follow closely, up to
-    /// so many seconds, within the limits.
-    OwnActuated(f64),
+    /// so many seconds, within the limits; the second number is the gap between them that ends a green, seconds.
+    OwnActuated(f64, f64),
     /// Dual-ring control, which decides every second; see [`nema`].
     DualRing(dual_ring::Config),
     /// Dual-ring control within a cycle; see [`coordinated`]. Where two rings cannot follow the stages, they are a fixed

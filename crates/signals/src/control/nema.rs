@@ -27,6 +27,11 @@ pub const METHOD: Method = Method {
     summary: "dual-ring, fully actuated control as in North American cabinets",
     default: true,
     settings: Config::SETTINGS,
+    tunes: &[
+        ("nema.passage_s", &[1.0, 2.0, 3.0, 4.0]),
+        ("nema.max_green_s", &[20.0, 30.0, 40.0, 60.0, 90.0]),
+        ("nema.left_max_green_s", &[10.0, 15.0, 20.0, 30.0, 45.0]),
+    ],
     ..Method::built_in("nema", Training::None, "#000000")
 };
 

@@ -28,10 +28,19 @@ macro_rules! methods {
 }
 pub(crate) use methods;
 
+/// Returns the description of a method of which settings are tuned per point MDP, with as many simulations as fixed time.
+const fn tuned(of: Method, name: &'static str) -> Method {
+    let training = Training::Tuned { episodes: "fixed_time.simulations" };
+    let summary = "the same method, with settings that are tuned per point MDP in simulation";
+    Method { name, summary, default: false, training, dash: "6 2", settings: &[], ..of }
+}
+
 macro_rules! describe {
     ($(super::$first:ident $(::$a:ident)?),*; $(super::$then:ident $(::$b:ident)?),*) => {
         /// All methods, the baseline first.
-        pub const METHODS: &[Method] = &[$(super::$first::METHOD,)* $(super::$then::METHOD,)*];
+        pub const METHODS: &[Method] = &[$(super::$first::METHOD,)* $(super::$then::METHOD,)*
+            tuned(super::max_pressure::METHOD, "max-pressure-tuned"), tuned(super::actuated::METHOD, "actuated-tuned"),
+            tuned(super::nema::METHOD, "nema-tuned")];
 
         /// Names of the methods' files.
         #[cfg(test)]
@@ -40,18 +49,17 @@ macro_rules! describe {
 }
 methods!(describe);
 
-/// Returns what a method does before it is evaluated; nothing for a name that no method has.
-pub fn training(name: &str) -> Training {
-    METHODS.iter().find(|m| m.name == name).map_or(Training::None, |m| m.training)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::controllers::{number, with_numbers};
+    use crate::settings::defaults;
+    use evaluation::run::search::Choice;
 
     #[test]
     fn a_method_s_file_and_its_section_have_its_name() {
-        let sections: Vec<String> = METHODS.iter().map(Method::section).collect();
+        let sections = METHODS.iter().filter(|m| !m.is_tuned()).map(Method::section);
+        let sections: Vec<String> = sections.collect();
         assert_eq!(sections, FILES);
     }
 
@@ -62,12 +70,12 @@ mod tests {
             assert!(!method.summary.is_empty() && !method.color.is_empty(), "{name}");
             let learns = method.training == Training::Learned;
             assert_eq!(method.decision_s > 0.0, learns, "{name}: what does its training cost?");
-            for setting in method.settings {
-                assert!(!setting.summary().is_empty(), "{name}.{}", setting.name);
-            }
+            assert!(method.settings.iter().all(|s| !s.summary().is_empty()), "{name}");
+            let last: Choice = method.tunes.iter().map(|(s, values)| (*s, values[0])).collect();
+            let other = with_numbers(&defaults(), &last);
+            assert!(last.iter().all(|(s, value)| number(&other, s) == *value), "{name}");
             if let Training::Tuned { episodes } = method.training {
-                let setting = method.settings.iter().find(|s| s.name == episodes);
-                assert!(setting.is_some_and(|s| s.limits.is_some()), "{name}.{episodes}");
+                assert!(number(&defaults(), episodes) > 0.0, "{name}");
             }
         }
     }

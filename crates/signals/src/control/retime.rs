@@ -28,19 +28,20 @@ use std::collections::BTreeMap;
 
 use super::dual_ring;
 use super::fixed_time::{self, KEPT, PLAN, SIMULATIONS, TUNING, budget};
-use super::search::search;
 use super::webster::fill;
 use super::{
     ControlError, Controller, Drive, EpisodeOutcome, RingGreens, Setup, SignalSpec, Trainer,
 };
 use evaluation::run::method::{Method, Training};
+use evaluation::run::search::{SEARCH_SEED, search};
 use evaluation::settings::setting::settings;
 
 /// The method.
 pub const METHOD: Method = Method {
     summary: "the existing plan, or that of nema, with splits or longest greens tuned in simulation",
     settings: Config::SETTINGS,
-    ..Method::built_in("retime", Training::Tuned { episodes: "simulations" }, "#c048f0")
+    reads: &["nema", "fixed_time"],
+    ..Method::built_in("retime", Training::Tuned { episodes: "retime.simulations" }, "#c048f0")
 };
 
 settings! {
@@ -55,9 +56,6 @@ settings! {
         legal_clearances: bool = false;
     }
 }
-
-/// Seed of the episodes that the search compares plans on.
-const SEARCH_SEED: u32 = 0;
 
 /// Further seeds on which the best plan is compared with the plan as it is.
 const FINAL_SEEDS: std::ops::RangeInclusive<u32> = 1..=8;
@@ -163,16 +161,11 @@ impl Retime {
         let by_flow = rings.by_flow(flow_vph, &self.formula);
         let mut simulate = |greens_s: &Vec<f64>| {
             self.greens_s[signal].clone_from(greens_s);
-            Ok(self.run(trainer, SEARCH_SEED)?.delay_s)
+            self.run(trainer, SEARCH_SEED).map(|played| played.delay_s)
         };
-        let mut left = simulations;
-        if left > 0 && by_flow != rings.green_s {
-            tried.push((simulate(&by_flow)?, by_flow));
-            left -= 1;
-        }
         let logs = |_: &Vec<f64>| Some(vec![0.0; rings.groups().len()]);
         let with = |greens_s: &Vec<f64>, logs: &[f64]| rings.with(greens_s, logs);
-        search(&mut tried, left, &logs, &with, &mut simulate)?;
+        search(&mut tried, (vec![by_flow], simulations), Some((&logs, &with)), &mut simulate)?;
         let (delay_s, best) = tried.swap_remove(0);
         self.greens_s[signal] = if best == rings.green_s { Vec::new() } else { best };
         Ok(delay_s)
@@ -358,14 +351,6 @@ mod tests {
         let free = rings(None);
         let longer = free.with(&free.green_s, &[20f64.ln(), 0.0, 0.5f64.ln()]);
         assert_eq!(longer, [10.5, 59.5, 10.5, 59.5, 10.5, 12.5]);
-    }
-
-    #[test]
-    fn an_episode_that_fails_ends_the_search_with_its_error() {
-        let mut fail = |_: &f64| Err(ControlError::Episode("planned failure".into()));
-        let (logs, with) = (|_: &f64| Some(vec![0.0]), |_: &f64, logs: &[f64]| logs[0]);
-        let e = search(&mut vec![(1.0, 0.0)], 30, &logs, &with, &mut fail).unwrap_err();
-        assert!(e.to_string().contains("planned failure"), "{e}");
     }
 
     /// Delay is the distance of a green to 30.5 s; on further seeds a saving is of chance, unless it is real.

@@ -1,5 +1,6 @@
 //! The programs that make SUMO show what a controller decides.
 
+use crate::control::actuated::SUMO_GAP_S;
 use crate::control::{Drive, GreenPhase};
 use crate::sim::error::SimError;
 use crate::sim::{Program, ProgramKind, ProgramPhase};
@@ -81,15 +82,14 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
                 ProgramPhase::fixed(state, green_s.clamp(least_s, most_s))
             }),
         ),
-        Drive::OwnActuated(max_green_s) => make(
-            ProgramKind::Actuated,
-            own(&|state, least_s, most_s| ProgramPhase {
-                duration_s: least_s,
-                min_s: least_s,
+        Drive::OwnActuated(max_green_s, gap_s) => {
+            let phases = own(&|state, least_s, most_s| ProgramPhase {
                 max_s: max_green_s.clamp(least_s, most_s),
                 ..ProgramPhase::fixed(state, least_s)
-            }),
-        ),
+            });
+            let max_gap_s = Some(*gap_s).filter(|gap_s| *gap_s != SUMO_GAP_S);
+            Some(Program { max_gap_s, ..Program::new(INSTALLED, ProgramKind::Actuated, phases) })
+        }
         Drive::Cycle(greens) => {
             let phases = greens
                 .iter()
@@ -230,7 +230,7 @@ mod tests {
         };
         assert_eq!(greens(&Drive::OwnEqualSplit(35.0)), (30.0, 30.0));
         assert_eq!(greens(&Drive::OwnEqualSplit(2.0)), (7.0, 7.0));
-        assert_eq!(greens(&Drive::OwnActuated(50.0)), (7.0, 30.0));
+        assert_eq!(greens(&Drive::OwnActuated(50.0, 3.0)), (7.0, 30.0));
     }
 
     #[test]

@@ -46,7 +46,7 @@ struct Running {
 pub struct SignalEnv<S> {
     sim: S,
     world: World,
-    signal_settings: SignalSettings,
+    pub(crate) signal_settings: SignalSettings,
     simulation_settings: SimulationSettings,
     scratch: PathBuf,
     scene: Scene,

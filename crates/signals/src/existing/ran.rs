@@ -6,13 +6,11 @@
 use std::collections::BTreeMap;
 
 use super::{Control, ExistingPlan, PlanPhase, Recall, Timed, schedule};
+use crate::control::actuated::SUMO_GAP_S;
 use crate::program::{ProgramKind, ProgramPhase, RingPhase, SignalProgram};
 use crate::settings::SignalSettings;
 use crate::timing::{Timing, tenths};
 use crate::vocabulary::listed;
-
-/// Gap between vehicles after which SUMO's actuated programs end a green, seconds (its default).
-const SUMO_GAP_S: f64 = 3.0;
 
 /// A green with the change after it.
 #[derive(Debug, Clone, PartialEq)]

@@ -328,8 +328,10 @@ impl Sim for SumoSim {
         let phases: Vec<SumoPhase> = program.phases.iter().zip(&states).map(phase).collect();
         let (signal, id) = (self.signal(signal)?.as_ptr(), text(program.id.as_str())?);
         let (first, count) = (phases.as_ptr(), phases.len());
+        let gap_s = program.max_gap_s.unwrap_or(-1.0);
         // SAFETY: all texts end with a null byte and `phases` has `count` elements.
-        let code = unsafe { self.api.0.sumo_install(signal, id.as_ptr(), kind, first, count) };
+        let code =
+            unsafe { self.api.0.sumo_install(signal, id.as_ptr(), kind, first, count, gap_s) };
         self.api.check("sumo_install", code)
     }
 
