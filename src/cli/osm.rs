@@ -104,7 +104,7 @@ pub(super) fn run(
     })?;
     finish(&|_| true);
     derived.write(out)?;
-    let page = write_quality(out, &derived.quality, &derived.drawing)?;
+    let page = write_quality(out, &derived.quality)?;
     if quiet {
         return Ok(exit::DONE);
     }

@@ -11,7 +11,6 @@ use osm_signals::traffic::InflowSource;
 use tsc_family::traffic::city::InputFile;
 use tsc_family::traffic::city::quality::{MATCHED, Provenance, Quality, SkipCount, Spot};
 use tsc_family::traffic::city::sites::Reason;
-use tsc_family::traffic::city::surroundings::Drawing;
 use tsc_family::traffic::report::quality::write_quality;
 
 fn rests_on(feature: &'static str, tagged: f64, imputed: f64) -> Provenance {
@@ -86,22 +85,10 @@ fn listed() -> Quality {
     q
 }
 
-fn drawing() -> Drawing {
-    Drawing {
-        streets: vec![
-            (0, vec![(40.0, -75.01), (40.0, -75.0), (40.004, -74.9)]),
-            (3, vec![(39.9, -75.0), (40.1, -75.0)]),
-        ],
-        skipped: vec![(40.001, -75.001, "roundabout"), (40.002, -75.002, "roundabout")],
-        frame: [39.999, -75.005, 40.006, -74.995],
-        thinned: true,
-    }
-}
-
 /// Returns a page, which is well-formed and loads nothing.
 fn page(quality: &Quality) -> String {
     let dir = tempfile::tempdir().unwrap();
-    let page = fs::read_to_string(write_quality(dir.path(), quality, &drawing()).unwrap()).unwrap();
+    let page = fs::read_to_string(write_quality(dir.path(), quality).unwrap()).unwrap();
     // The two elements that HTML leaves open.
     let closed = page.replace("utf-8\">", "utf-8\"/>").replace("scale=1\">", "scale=1\"/>");
     well_formed(&closed.replace("<!DOCTYPE html>", ""));
@@ -119,14 +106,14 @@ fn a_list_has_a_section_of_its_own() {
     let words = words(&page(&listed()));
     let (summary, rest) = words.split_once("\nSignals\n").unwrap();
     let (_, rest) = rest.split_once("\nSignal list\nWhat").unwrap();
-    let (list, _) = rest.split_once("\nMap\n").unwrap();
+    let (list, _) = rest.split_once("\nIntersections\n").unwrap();
     insta::assert_snapshot!(format!("{summary}\nWhat{list}"));
 }
 
 #[test]
 fn the_data_are_beside_the_page() {
     let dir = tempfile::tempdir().unwrap();
-    write_quality(dir.path(), &plain(), &drawing()).unwrap();
+    write_quality(dir.path(), &plain()).unwrap();
     let json = fs::read_to_string(dir.path().join("quality.json")).unwrap();
     let value: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(value["skipped"][0]["reason"], "border");

@@ -5,21 +5,11 @@ mod dot;
 
 use super::intersections::{Basis, basis};
 use super::level_of_service::{LEVELS, range};
-use super::map_view::{MapFrame, MapView, scale_bar};
+use super::map_view::{MapView, SIDE_PX, TOP_PX, scale_bar};
 use super::shown::Seen;
 use dot::Dot;
 use evaluation::report::svg::{Anchor, Canvas, TextStyle, text_width};
 use evaluation::report::{Figure, WIDTH, format};
-
-/// How the map lies on its canvas.
-const FRAME: MapFrame = MapFrame {
-    height_px: (860.0, 240.0),
-    side_px: 2.0,
-    top_px: 58.0,
-    air_px: 22.0,
-    least_km: 1.0,
-    piece_px: 1.2,
-};
 
 /// Space below the map for the scale bar, pixels.
 const BELOW_PX: f64 = 34.0;
@@ -45,10 +35,10 @@ pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
     let Seen { data, shown } = seen;
     let best = data.best()?;
     let places = &shown.places.intersections;
-    let view = MapView::of(places.iter().map(|p| (p.latitude, p.longitude)), FRAME)?;
+    let view = MapView::of(places.iter().map(|p| (p.latitude, p.longitude)))?;
     let numbered = places.iter().enumerate();
     let mut dots: Vec<Dot> = numbered.map(|(i, p)| Dot::new(seen, best, (i, p), &view)).collect();
-    let (side, top) = (FRAME.side_px, FRAME.top_px);
+    let (side, top) = (SIDE_PX, TOP_PX);
     let bottom = top + view.height;
     let mut canvas = Canvas::new(WIDTH, bottom + BELOW_PX);
     canvas.rect((side, top), (WIDTH - side, bottom), "#fafafa", None);

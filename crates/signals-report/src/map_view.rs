@@ -11,26 +11,26 @@ use evaluation::report::svg::{Anchor, Canvas, INK, MUTED, TextStyle, nice_step};
 /// Length of a degree of latitude, kilometres (mean radius of the Earth 6371 km).
 const KM_PER_DEGREE: f64 = 111.195;
 
-/// How a map lies on its canvas.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct MapFrame {
-    /// Largest and smallest height of the map itself, pixels.
-    pub(super) height_px: (f64, f64),
-    /// Space beside the map, pixels.
-    pub(super) side_px: f64,
-    /// Space above it, for the legend, pixels.
-    pub(super) top_px: f64,
-    /// Space between the outermost places and its edge, pixels.
-    pub(super) air_px: f64,
-    /// Smallest height and width that is shown, kilometres: a single place gets a neighbourhood.
-    pub(super) least_km: f64,
-    /// Shortest piece of a street that is drawn, pixels.
-    pub(super) piece_px: f64,
-}
+/// Largest and smallest height of the map itself, pixels.
+const HEIGHT_PX: (f64, f64) = (860.0, 240.0);
+
+/// Space beside the map, pixels.
+pub(super) const SIDE_PX: f64 = 2.0;
+
+/// Space above it, for the legend, pixels.
+pub(super) const TOP_PX: f64 = 58.0;
+
+/// Space between the outermost places and its edge, pixels.
+const AIR_PX: f64 = 22.0;
+
+/// Smallest height and width that is shown, kilometres: a single place gets a neighbourhood.
+const LEAST_KM: f64 = 1.0;
+
+/// Shortest piece of a street that is drawn, pixels.
+const PIECE_PX: f64 = 1.2;
 
 /// Maps degrees to the canvas.
 pub(super) struct MapView {
-    frame: MapFrame,
     middle: (f64, f64),
     km_per_degree: (f64, f64),
     /// Pixels per kilometre.
@@ -40,40 +40,38 @@ pub(super) struct MapView {
 }
 
 impl MapView {
-    /// Returns the view between the southern, western, northern and eastern end, degrees.
-    pub(super) fn new([south, west, north, east]: [f64; 4], frame: MapFrame) -> Self {
-        let middle = ((south + north) / 2.0, (west + east) / 2.0);
-        let km_per_degree = (KM_PER_DEGREE, KM_PER_DEGREE * middle.0.to_radians().cos());
-        let high = ((north - south) * km_per_degree.0).max(frame.least_km);
-        let wide = ((east - west) * km_per_degree.1).max(frame.least_km);
-        let air = 2.0 * frame.air_px;
-        let room = (WIDTH - 2.0 * frame.side_px - air, frame.height_px.0 - air);
-        let pixels_per_km = (room.0 / wide).min(room.1 / high);
-        let height = (high * pixels_per_km + air).max(frame.height_px.1);
-        Self { frame, middle, km_per_degree, pixels_per_km, height }
-    }
-
     /// Returns the view of places, latitude and longitude; `None` of none.
-    pub(super) fn of(places: impl Iterator<Item = (f64, f64)>, frame: MapFrame) -> Option<Self> {
+    pub(super) fn of(places: impl Iterator<Item = (f64, f64)>) -> Option<Self> {
         let most = f64::INFINITY;
         let ends = |[s, w, n, e]: [f64; 4], (latitude, longitude): (f64, f64)| {
             [s.min(latitude), w.min(longitude), n.max(latitude), e.max(longitude)]
         };
-        let ends = places.fold([most, most, -most, -most], ends);
-        (ends[0] <= ends[2]).then(|| Self::new(ends, frame))
+        let [south, west, north, east] = places.fold([most, most, -most, -most], ends);
+        if south > north {
+            return None;
+        }
+        let middle = ((south + north) / 2.0, (west + east) / 2.0);
+        let km_per_degree = (KM_PER_DEGREE, KM_PER_DEGREE * middle.0.to_radians().cos());
+        let high = ((north - south) * km_per_degree.0).max(LEAST_KM);
+        let wide = ((east - west) * km_per_degree.1).max(LEAST_KM);
+        let air = 2.0 * AIR_PX;
+        let room = (WIDTH - 2.0 * SIDE_PX - air, HEIGHT_PX.0 - air);
+        let pixels_per_km = (room.0 / wide).min(room.1 / high);
+        let height = (high * pixels_per_km + air).max(HEIGHT_PX.1);
+        Some(Self { middle, km_per_degree, pixels_per_km, height })
     }
 
     /// Returns where a place is on the canvas.
     pub(super) fn place(&self, latitude: f64, longitude: f64) -> (f64, f64) {
         let east = (longitude - self.middle.1) * self.km_per_degree.1;
         let north = (latitude - self.middle.0) * self.km_per_degree.0;
-        let middle = (WIDTH / 2.0, self.frame.top_px + self.height / 2.0);
+        let middle = (WIDTH / 2.0, TOP_PX + self.height / 2.0);
         (middle.0 + east * self.pixels_per_km, middle.1 - north * self.pixels_per_km)
     }
 
     /// Returns whether a line between two places on the canvas surely misses the map.
     fn misses(&self, a: (f64, f64), b: (f64, f64)) -> bool {
-        let (top, bottom) = (self.frame.top_px, self.frame.top_px + self.height);
+        let (top, bottom) = (TOP_PX, TOP_PX + self.height);
         let (left, right, low, high) = (a.0.min(b.0), a.0.max(b.0), a.1.max(b.1), a.1.min(b.1));
         right < 0.0 || left > WIDTH || low < top || high > bottom
     }
@@ -91,7 +89,7 @@ impl MapView {
             let mut from = places.first().copied();
             for (i, to) in places.iter().enumerate().skip(1) {
                 let Some(a) = from else { break };
-                let short = (to.0 - a.0).hypot(to.1 - a.1) < self.frame.piece_px;
+                let short = (to.0 - a.0).hypot(to.1 - a.1) < PIECE_PX;
                 if short && i + 1 < places.len() {
                     continue;
                 }
@@ -116,7 +114,7 @@ impl MapView {
 
     /// Draws the map's edge, and covers the streets that leave it, also in the space below it.
     pub(super) fn frame(&self, canvas: &mut Canvas, below_px: f64) {
-        let (left, top) = (self.frame.side_px, self.frame.top_px);
+        let (left, top) = (SIDE_PX, TOP_PX);
         let (right, bottom) = (WIDTH - left, top + self.height);
         for (a, b) in [
             ((0.0, 0.0), (WIDTH, top)),
@@ -148,17 +146,8 @@ pub(super) fn scale_bar(canvas: &mut Canvas, pixels_per_km: f64, (x, y): (f64, f
 mod tests {
     use super::*;
 
-    const FRAME: MapFrame = MapFrame {
-        height_px: (860.0, 240.0),
-        side_px: 2.0,
-        top_px: 58.0,
-        air_px: 22.0,
-        least_km: 1.0,
-        piece_px: 1.2,
-    };
-
     fn view() -> MapView {
-        MapView::of([(40.0, -111.0), (40.01, -110.99)].into_iter(), FRAME).unwrap()
+        MapView::of([(40.0, -111.0), (40.01, -110.99)].into_iter()).unwrap()
     }
 
     fn path(view: &MapView, lines: &[&[(f64, f64)]]) -> String {
@@ -167,16 +156,16 @@ mod tests {
 
     #[test]
     fn a_single_place_is_in_the_middle_of_a_neighbourhood_and_none_has_no_view() {
-        let view = MapView::of(std::iter::once((40.0, -111.0)), FRAME).unwrap();
+        let view = MapView::of(std::iter::once((40.0, -111.0))).unwrap();
         let (x, y) = view.place(40.0, -111.0);
-        assert_eq!((x, y), (WIDTH / 2.0, FRAME.top_px + view.height / 2.0));
-        assert!(MapView::of(std::iter::empty(), FRAME).is_none());
+        assert_eq!((x, y), (WIDTH / 2.0, TOP_PX + view.height / 2.0));
+        assert!(MapView::of(std::iter::empty()).is_none());
     }
 
     #[test]
     fn all_places_are_within_the_frame() {
         let view = view();
-        let (left, top, air) = (FRAME.side_px, FRAME.top_px, FRAME.air_px);
+        let (left, top, air) = (SIDE_PX, TOP_PX, AIR_PX);
         for (latitude, longitude) in [(40.0, -111.0), (40.01, -110.99)] {
             let (x, y) = view.place(latitude, longitude);
             assert!((left + air - 0.1..=WIDTH - air).contains(&x), "{x}");
@@ -194,8 +183,7 @@ mod tests {
 
     #[test]
     fn a_street_is_one_line_and_what_is_outside_is_left_out() {
-        let frame = MapFrame { air_px: 0.0, least_km: 0.0, piece_px: 0.0, ..FRAME };
-        let view = MapView::new([0.0, 0.0, 1.0, 1.0], frame);
+        let view = MapView::of([(0.0, 0.0), (1.0, 1.0)].into_iter()).unwrap();
         let d = path(&view, &[&[(0.5, 0.5), (0.5, 0.6), (0.5, 0.7), (0.5, 3.0), (0.5, 4.0)]]);
         assert_eq!((d.matches('M').count(), d.matches(' ').count()), (1, 6), "{d}");
     }

@@ -1,7 +1,5 @@
 //! The quality of a family that was derived from a map, for people: one self-contained page.
 
-mod map;
-
 use std::cmp::Reverse;
 use std::path::{Path, PathBuf};
 
@@ -14,7 +12,6 @@ use evaluation::report::page::render;
 use osm_signals::intersections::Skip;
 use signals::city::quality::{MATCHED, Provenance, Quality, Spot};
 use signals::city::sites::Reason;
-use signals::city::surroundings::Drawing;
 
 use crate::demand;
 
@@ -38,14 +35,10 @@ const MANY_LOST: f64 = 0.2;
 /// # Errors
 ///
 /// [`ReportError`] if a file cannot be written or the template does not fit.
-pub fn write_quality(
-    folder: &Path,
-    quality: &Quality,
-    drawing: &Drawing,
-) -> Result<PathBuf, ReportError> {
+pub fn write_quality(folder: &Path, quality: &Quality) -> Result<PathBuf, ReportError> {
     let json = serde_json::to_vec_pretty(quality).expect("quality is plain data");
     let template = include_str!("templates/quality.html");
-    let page = render("quality.html", template, values(quality, drawing));
+    let page = render("quality.html", template, values(quality));
     let page = page.map_err(ReportError::Template)?;
     write_atomically(&folder.join("quality.json"), &json)?;
     let path = folder.join("quality.html");
@@ -53,7 +46,7 @@ pub fn write_quality(
     Ok(path)
 }
 
-fn values(q: &Quality, drawing: &Drawing) -> Value {
+fn values(q: &Quality) -> Value {
     let of_signals = |n| (n, percent(share(n, q.signals)));
     let explained: usize = q.skipped.iter().map(|s| s.signals).sum();
     let skipped = q.skipped.iter().map(|s| {
@@ -86,9 +79,6 @@ fn values(q: &Quality, drawing: &Drawing) -> Value {
         skipped => skipped.collect::<Vec<_>>(),
         provenance => provenance.collect::<Vec<_>>(),
         listed => outcomes,
-        map => map::map(q, drawing),
-        thinned => drawing.thinned,
-        crosses => drawing.skipped.len(),
         rows => q.spots.iter().take(ROWS).map(row).collect::<Vec<_>>(),
         flagged => q.spots.iter().filter(|s| !s.flags.is_empty()).count(),
         ignored => q.ignored.iter().map(|(_, oddity)| oddity.count).sum::<u64>(),
@@ -102,16 +92,12 @@ fn row(spot: &Spot) -> Value {
     let flags = spot.flags.join("; ");
     context! {
         id => spot.id.as_str(),
-        streets => streets(spot),
+        streets => if spot.streets.is_empty() { "streets without a name" } else { &spot.streets },
         link => format!("{OPENSTREETMAP}/?{place}"),
         arms => spot.arms,
         known => percent(spot.known),
         flags => if flags.is_empty() { "\u{2013}".to_owned() } else { flags },
     }
-}
-
-fn streets(spot: &Spot) -> &str {
-    if spot.streets.is_empty() { "streets without a name" } else { &spot.streets }
 }
 
 /// Returns a share as per cent; less than all is never "100%".

@@ -34,7 +34,7 @@ use toml::{Table, Value};
 use super::config::CityConfig;
 use super::quality::{Quality, quality};
 use super::sites::{City, Reason};
-use super::surroundings::{Drawing, write_places};
+use super::surroundings::{around, write_places, write_streets};
 use super::{
     APPROACHES_FILE, CityError, InputFile, SCENARIO_FILE, hours, networks_folder, scenario_name,
     stem,
@@ -198,8 +198,8 @@ pub struct Derived {
     pub loaded: LoadedScenario,
     /// What there is to say of it.
     pub quality: Quality,
-    /// What its page draws.
-    pub drawing: Drawing,
+    /// The streets around its intersections, by rank.
+    streets: Vec<(usize, Vec<(f64, f64)>)>,
     /// Folder of its networks.
     pub networks: PathBuf,
     /// How many networks were built; the others were up to date.
@@ -250,8 +250,8 @@ pub fn derive(
         &city,
         input.counts.as_ref(),
     );
-    let drawing = Drawing::new(&input.extract, &city);
-    Ok(Derived { city, loaded, quality, drawing, networks, built })
+    let streets = around(&input.extract, &city);
+    Ok(Derived { city, loaded, quality, streets, networks, built })
 }
 
 /// Refuses counts and signal lists of another place.
@@ -407,7 +407,7 @@ impl Derived {
         if !self.quality.listed.is_empty() {
             write_matches(folder, &self.city)?;
         }
-        Ok(self.drawing.write(folder)?)
+        Ok(write_streets(folder, &self.streets)?)
     }
 }
 

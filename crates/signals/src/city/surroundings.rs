@@ -52,52 +52,36 @@ pub type Lines = Vec<Vec<[f64; 2]>>;
 /// The names of the streets of an intersection as it was found, and its latitude and longitude, degrees.
 pub type Named = (Vec<String>, (f64, f64));
 
-/// What the map of a city shows beside its intersections.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Drawing {
-    /// How important each street is, from 0 for minor ones to 3, and its corners: latitude and longitude, degrees. Minor
-    /// ones come first.
-    pub streets: Vec<(usize, Vec<(f64, f64)>)>,
-    /// Signals that are no intersection: latitude, longitude and the reason.
-    pub skipped: Vec<(f64, f64, &'static str)>,
-    /// Least latitude, least longitude, greatest latitude, greatest longitude.
-    pub frame: [f64; 4],
-    /// Whether minor streets were left out.
-    pub thinned: bool,
+/// Returns the streets around the intersections of a city: how important each is, from 0 for minor ones to 3, and its corners,
+/// latitude and longitude in degrees. Minor ones come first, and are left out where there are too many.
+pub(super) fn around(extract: &Extract, city: &City) -> Vec<(usize, Vec<(f64, f64)>)> {
+    let centres: Vec<Place> = city.sites().map(|site| site.found.centre).collect();
+    let Some(frame) = frame(&centres) else { return Vec::new() };
+    let mut streets = streets(extract, frame);
+    if streets.iter().map(|(_, places)| places.len()).sum::<usize>() > MAX_CORNERS {
+        streets.retain(|(highway, _)| *highway <= Highway::Tertiary);
+    }
+    streets.sort_by_key(|(highway, _)| std::cmp::Reverse(*highway));
+    streets.into_iter().map(|(highway, places)| (rank(highway), places)).collect()
 }
 
-impl Drawing {
-    /// Returns what to draw around the intersections of a city.
-    pub(super) fn new(extract: &Extract, city: &City) -> Self {
-        let centres: Vec<Place> = city.sites().map(|site| site.found.centre).collect();
-        let Some(frame) = frame(&centres) else { return Self::default() };
-        let mut streets = streets(extract, frame);
-        let thinned = streets.iter().map(|(_, places)| places.len()).sum::<usize>() > MAX_CORNERS;
-        if thinned {
-            streets.retain(|(highway, _)| *highway <= Highway::Tertiary);
-        }
-        streets.sort_by_key(|(highway, _)| std::cmp::Reverse(*highway));
-        let streets = streets.into_iter().map(|(highway, places)| (rank(highway), places));
-        let skipped = city.skipped().filter(|(_, place, _)| within(frame, *place));
-        let skipped = skipped.map(|(_, at, why)| (at.latitude(), at.longitude(), why.words()));
-        Self { streets: streets.collect(), skipped: skipped.collect(), frame, thinned }
-    }
-
-    /// Writes the streets, a feature per rank.
-    pub(super) fn write(&self, folder: &Path) -> Result<(), FileError> {
-        let rounded = |degrees: f64| (degrees * PER_DEGREE).round() / PER_DEGREE;
-        let position = |p: &(f64, f64)| Position::from([rounded(p.1), rounded(p.0)]);
-        let features = RANKS.iter().enumerate().filter_map(|(rank, name)| {
-            let streets = self.streets.iter().filter(|(of, _)| *of == rank);
-            let coordinates: Vec<LineStringType> =
-                streets.map(|(_, places)| places.iter().map(position).collect()).collect();
-            (!coordinates.is_empty()).then(|| {
-                let geometry = GeometryValue::MultiLineString { coordinates };
-                feature(geometry, json!({ "rank": rank, "streets": name }))
-            })
-        });
-        write_features(&folder.join(STREETS_FILE), features.collect())
-    }
+/// Writes streets, a feature per rank.
+pub(super) fn write_streets(
+    folder: &Path,
+    streets: &[(usize, Vec<(f64, f64)>)],
+) -> Result<(), FileError> {
+    let rounded = |degrees: f64| (degrees * PER_DEGREE).round() / PER_DEGREE;
+    let position = |p: &(f64, f64)| Position::from([rounded(p.1), rounded(p.0)]);
+    let features = RANKS.iter().enumerate().filter_map(|(rank, name)| {
+        let streets = streets.iter().filter(|(of, _)| *of == rank);
+        let coordinates: Vec<LineStringType> =
+            streets.map(|(_, places)| places.iter().map(position).collect()).collect();
+        (!coordinates.is_empty()).then(|| {
+            let geometry = GeometryValue::MultiLineString { coordinates };
+            feature(geometry, json!({ "rank": rank, "streets": name }))
+        })
+    });
+    write_features(&folder.join(STREETS_FILE), features.collect())
 }
 
 fn rank(highway: Highway) -> usize {
@@ -230,11 +214,10 @@ mod tests {
     fn streets_read_back_by_rank_minor_ones_first() {
         let street =
             |rank, south: f64| (rank, vec![(south, -111.0), (south + 0.123_456_789, -111.0)]);
-        let drawing =
-            Drawing { streets: vec![street(3, 40.0), street(0, 41.0)], ..Drawing::default() };
+        let streets = [street(3, 40.0), street(0, 41.0)];
         let dir = tempfile::tempdir().unwrap();
         assert_eq!(read_streets(dir.path()).unwrap(), []);
-        drawing.write(dir.path()).unwrap();
+        write_streets(dir.path(), &streets).unwrap();
         let expected = [
             (0, vec![vec![[-111.0, 41.0], [-111.0, 41.12346]]]),
             (3, vec![vec![[-111.0, 40.0], [-111.0, 40.12346]]]),
