@@ -337,7 +337,7 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
     ]);
     for (from, to, expected) in [
         ("NBT NBR,NBL", "NBR,NBL", "p.csv, line 2: intersection 7: NBT has no phase"),
-        ("EBT,EBL", "EBT NBT,EBL", "which cross; correct ring and barrier, or put a turn across"),
+        ("EBT,EBL", "EBT NBT,EBL", "which cross, or lead into one lane; correct ring and barrier"),
         ("SBT,SBL", "NET,SBL", "it has movements of NE traffic, but no approach goes that way"),
         ("pretimed,70", "pretimed,80", "the cycle is 80 s, but the splits"),
         (",40,4,1,7,12,max", ",forty,4,1,7,12,max", "p.csv, line 2: split_s = \"forty\""),

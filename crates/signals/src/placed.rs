@@ -404,8 +404,8 @@ fn no_crossing(
                 ),
             };
             return Err(format!(
-                "{numbers} {other} and {one}, which cross; correct ring and barrier, or put a turn across opposing traffic \
-                 under yielding"
+                "{numbers} {other} and {one}, which cross, or lead into one lane; correct ring and barrier, or put a turn \
+                 across opposing traffic under yielding"
             ));
         }
     }

@@ -24,9 +24,9 @@ use basics::files::{FileError, write_atomically};
 use evaluation::family::names::safe_id;
 use evaluation::report::page::render;
 use evaluation::report::{ReportError, csv};
-use signals::control::existing;
+use signals::control::{existing, retime};
 use signals::existing::table::{WRITTEN, cells, name, to_csv};
-use signals::existing::{Control, ExistingPlan, NamedPlan, PlanPhase, Recall, Timed, schedule};
+use signals::existing::{Control, ExistingPlan, NamedPlan, PlanPhase, Recall, schedule};
 use signals::family::load::number_of_intersection;
 use signals::timing::Change;
 use signals::utdf::to_utdf;
@@ -179,15 +179,16 @@ fn phases(plan: &ExistingPlan) -> Vec<Value> {
 /// Returns the phases of a plan whose yellow and all-red are rounded in the simulation, with what ran.
 fn simulated(plan: &ExistingPlan) -> String {
     let (timed, _) = schedule(plan);
-    let of = |(phase, timed): (&PlanPhase, &Timed)| {
+    let of = |phase: &PlanPhase| {
+        let at = plan.phases.iter().position(|other| other.number == phase.number)?;
         let Change { yellow_s, all_red_s } = match plan.control {
             Control::Actuated => Change::nearest(phase.change_s()),
-            Control::Pretimed | Control::Coordinated => timed.change,
+            Control::Pretimed | Control::Coordinated => timed[at].change,
         };
         let is_rounded = phase.change_s() != [yellow_s, all_red_s].map(f64::from);
         is_rounded.then(|| format!("{}: {yellow_s} + {all_red_s} s", phase.label()))
     };
-    plan.phases.iter().zip(&timed).filter_map(of).collect::<Vec<_>>().join(", ")
+    in_order(plan).into_iter().filter_map(of).collect::<Vec<_>>().join(", ")
 }
 
 /// Writes tables, UTDF and pages into the folder of plans, and returns notes for people.
@@ -320,6 +321,7 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
             unserved_people => unserved_people(&told.plan).join(", "),
             has_detectors => told.plan.phases.iter().any(|phase| !phase.detectors.is_empty()),
             is_today => identity.methods[told.method] == existing::METHOD.name,
+            is_retimed => identity.methods[told.method] == retime::METHOD.name,
             is_given => !told.plan.ways.is_empty(),
             ..plan(seen, told)
         }
