@@ -15,7 +15,6 @@ const DAYS: [&str; 7] = ["Mo", "Tu", "We", "Th", "Fr", "Sa", "Su"];
 const MONDAY: usize = 0;
 const TUESDAY: usize = 1;
 
-/// Minutes of a day.
 const DAY_MIN: u32 = 24 * 60;
 
 /// A position, WGS 84, in units of 1e-7 degrees.

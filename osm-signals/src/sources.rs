@@ -20,7 +20,6 @@ const ARCHIVE: &[u8] = b"PK\x03\x04";
 /// Days after 1899-12-30 from which on a cell with the form of a date is one of our time, and no other number.
 const FIRST_DAY: f64 = 20_000.0;
 
-/// Seconds of a day.
 const DAY_S: f64 = 86_400.0;
 
 /// A list as the text of a table.

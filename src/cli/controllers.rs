@@ -59,7 +59,6 @@ impl ControllersArgs {
         Self { controllers: classes.to_vec(), answer_timeout: ANSWER_TIMEOUT_S, ..Self::default() }
     }
 
-    /// Returns all that were given, each with its option.
     fn given(&self) -> impl Iterator<Item = (&'static str, &String)> {
         let options = [
             ("--controller", &self.controllers),
@@ -69,7 +68,6 @@ impl ControllersArgs {
         options.into_iter().flat_map(|(option, all)| all.iter().map(move |given| (option, given)))
     }
 
-    /// Returns the names of all that were given.
     pub(super) fn names(&self) -> impl Iterator<Item = String> {
         self.given().map(|(_, given)| name_of(given))
     }
@@ -133,12 +131,10 @@ impl ControllersArgs {
     }
 }
 
-/// Returns the name of what was given as `NAME=...`.
 fn name_of(given: &str) -> String {
     given.split_once('=').map_or(given, |(name, _)| name).to_owned()
 }
 
-/// Returns whether a controller that was given is a command.
 fn is_command(given: &str) -> bool {
     given.contains("=exec:")
 }

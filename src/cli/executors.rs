@@ -59,7 +59,6 @@ pub struct WorkersArgs {
 }
 
 impl WorkersArgs {
-    /// Returns the lines for the jobs.
     pub(super) fn lines(&self) -> Result<Vec<String>, RunError> {
         Ok(self.sbatch.as_deref().map(slurm::lines).transpose()?.unwrap_or_default())
     }

@@ -62,7 +62,6 @@ pub(super) fn run(args: &ListArgs) -> anyhow::Result<u8> {
     Ok(exit::DONE)
 }
 
-/// Prints a family.
 fn print(
     args: &ListArgs,
     family: &MdpFamily,

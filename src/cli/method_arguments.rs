@@ -32,7 +32,6 @@ const MODEL_FORM: &str = "write NAME=FILE, with a file of the folder models of a
 /// Names that mean something else: all methods, and in tables that no method is better or that this is open.
 const RESERVED: [&str; 4] = ["all", "none", "open", "tie"];
 
-/// Most characters of a name.
 const MOST_NAME: usize = 40;
 
 /// Adds a controller to those of signals.

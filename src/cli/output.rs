@@ -74,7 +74,6 @@ impl Progress {
         Self { bar, what, total, plain, last_line: Mutex::new(now), start: now }
     }
 
-    /// Says how many units are done.
     pub(super) fn set(&self, done: u64, message: &str) {
         self.bar.set_position(done);
         self.say(message);

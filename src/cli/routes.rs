@@ -72,7 +72,6 @@ pub(super) fn run(args: &RoutesArgs) -> anyhow::Result<u8> {
     }
 }
 
-/// Writes the vehicles of a seed.
 fn vehicles(args: &RoutesArgs, seed: u64) -> anyhow::Result<u8> {
     check_file(&args.out, "--out", &[b"<routes"], "route file")?;
     let loaded = args.scenario.signals(&args.scenario.settings())?;

@@ -155,7 +155,6 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     work(args, &request, &session)
 }
 
-/// Says what was added to a run that was there.
 fn say_added(
     args: &RunArgs,
     session: &Session<'_>,

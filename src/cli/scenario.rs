@@ -69,7 +69,6 @@ impl ScenarioArg {
         }
     }
 
-    /// Loads a scenario of traffic signals.
     pub(super) fn signals(&self, settings: &[Override]) -> anyhow::Result<LoadedScenario> {
         self.check_signals()?;
         self.say_which();
@@ -104,7 +103,6 @@ impl ScenarioArg {
     }
 }
 
-/// Returns the table of a scenario, as it names it.
 fn table_of(loaded: &LoadedScenario) -> &str {
     let family = &loaded.scenario.family;
     family.approaches.as_deref().or(family.points.as_deref()).unwrap_or(&loaded.scenario.name)

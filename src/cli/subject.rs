@@ -18,7 +18,6 @@ use crate::traffic::problem::SignalProblem;
 use crate::traffic::settings::{DemandSettings, Preset};
 use crate::traffic::utdf::read_plans;
 
-/// What is evaluated.
 pub(super) struct Subject {
     pub(super) domain: &'static dyn Domain,
     pub(super) problem: Box<dyn Problem>,

@@ -23,7 +23,6 @@ pub(super) fn parse_budget(text: &str) -> Result<Budget, String> {
     Ok(Budget(Some(number)))
 }
 
-/// Reads a number from 1 to `MOST`.
 pub(super) fn from_one_to<const MOST: u32>(text: &str) -> Result<NonZeroU32, String> {
     let number = text.parse().ok().filter(|number: &NonZeroU32| number.get() <= MOST);
     number.ok_or_else(|| format!("expected a whole number from 1 to {MOST}"))

@@ -10,7 +10,6 @@ use crate::run::domain::Problem;
 use crate::sample::{Choice, Design, Input, Measure, Sampling};
 use crate::store::assisting;
 
-/// The texts of the files.
 const FILES: &[&str] = include!(concat!(env!("OUT_DIR"), "/published.rs"));
 
 /// How far the importance of a point MDP may be from that of a file, which has ten digits.

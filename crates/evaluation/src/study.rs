@@ -386,7 +386,6 @@ impl Recorded {
         Ok(recorded)
     }
 
-    /// Adds a method.
     fn add(
         &mut self,
         analysis: &Analysis,

@@ -31,7 +31,6 @@ pub(super) enum Basis {
 }
 
 impl Basis {
-    /// Returns the word in tables.
     fn word(self) -> &'static str {
         match self {
             Self::Simulated => "simulated",

@@ -61,7 +61,6 @@ impl MapView {
         Some(Self { middle, km_per_degree, pixels_per_km, height })
     }
 
-    /// Returns where a place is on the canvas.
     pub(super) fn place(&self, latitude: f64, longitude: f64) -> (f64, f64) {
         let east = (longitude - self.middle.1) * self.km_per_degree.1;
         let north = (latitude - self.middle.0) * self.km_per_degree.0;

@@ -228,7 +228,6 @@ fn unfinished(movement: &MovementResult) -> Option<f64> {
     (movement.vehicles_veh > 0.0).then(|| movement.unfinished_veh / movement.vehicles_veh)
 }
 
-/// Returns the hours of an episode.
 fn hours(data: &Analysis) -> f64 {
     horizon_s(&data.manifest.identity).unwrap_or(HOUR_S) / HOUR_S
 }

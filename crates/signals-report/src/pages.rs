@@ -30,7 +30,6 @@ use signals::existing::ExistingPlan;
 use signals::movement_results::MovementResult;
 use signals::places::DrawnIntersection;
 
-/// Returns the intersections that have a page.
 fn pages(seen: Seen<'_>) -> Vec<Page<'_>> {
     Some(intersections(seen)).filter(|all| all.len() <= MOST_PAGES).unwrap_or_default()
 }

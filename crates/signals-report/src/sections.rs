@@ -35,7 +35,6 @@ use signals::control::registry::METHODS;
 use signals::settings::failure;
 use signals::trial::PEDESTRIAN_DELAY;
 
-/// Tables of intersections.
 const INTERSECTIONS: &str = "intersections.csv";
 const GEOJSON: &str = "results.geojson";
 
@@ -46,7 +45,6 @@ macro_rules! section {
     };
 }
 
-/// What makes the text of a table.
 type TableText = fn(Seen<'_>) -> String;
 
 /// What reports on traffic signals have beside what they have on any task.

@@ -73,7 +73,6 @@ fn finished(results: &Results) -> impl Iterator<Item = (usize, usize, &Task, &Su
     })
 }
 
-/// The programs of one task.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct TaskPlan {
     /// Position of the method in the manifest.
@@ -145,7 +144,6 @@ pub(super) struct Seen<'a> {
 }
 
 impl Shown {
-    /// Reads what a results directory has.
     pub(super) fn read(layout: &Layout, results: &Results) -> Result<Self, StoreError> {
         let places = Places::read(layout)?;
         let of_points = || Places::of_points(&results.manifest.identity.points);

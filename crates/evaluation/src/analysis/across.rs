@@ -151,7 +151,6 @@ fn scores(board: &Board, scale: Scale) -> Vec<Vec<f64>> {
     board.points.iter().map(|p| of_point(&p.scores)).collect()
 }
 
-/// Most combinations that are looked at.
 const MOST_COMBINATIONS: u128 = 10_000_000_000;
 
 /// Distance of sums, relative to the largest score, below which they are equal.

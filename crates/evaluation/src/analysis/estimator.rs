@@ -288,7 +288,6 @@ impl Sample<'_> {
     }
 }
 
-/// Returns the statistics with their intervals.
 fn estimates(
     sample: Sample<'_>,
     scores: &[PointObjectives],

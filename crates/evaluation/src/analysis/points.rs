@@ -241,7 +241,6 @@ fn summarise_cell(
     })
 }
 
-/// One evaluation episode.
 #[derive(Debug, Clone)]
 pub(super) struct Episode {
     method: usize,

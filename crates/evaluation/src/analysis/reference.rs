@@ -118,7 +118,6 @@ fn split(metric: &str) -> Option<(&str, &'static str)> {
     UNITS.iter().find(|(name, _)| *name == suffix).map(|(_, unit)| (stem, *unit))
 }
 
-/// Returns the position of a name.
 pub(super) fn position<'a>(
     what: &str,
     name: &str,

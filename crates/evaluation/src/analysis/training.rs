@@ -114,7 +114,6 @@ impl TrainingSummary {
     }
 }
 
-/// Returns the summary of a learner.
 pub(super) fn learner<'a>(
     method: &'a MethodSummary,
     trainings: &[&TrainingSummary],
@@ -268,7 +267,6 @@ pub(super) fn trained(results: &Results) -> BTreeSet<String> {
     with_a_record(results, |_, record, trained| has_learned(record, trained) || trained.rows > 0)
 }
 
-/// Returns the methods that learn.
 pub(super) fn learned(results: &Results) -> BTreeSet<String> {
     let identity = &results.manifest.identity;
     let says_so = |method: &str| identity.controller(method).is_some_and(|own| own.learns);

@@ -72,7 +72,6 @@ impl Columns {
         self.0.iter().find(|(column, _)| column.eq_ignore_ascii_case(name)).map(|(_, i)| *i)
     }
 
-    /// Returns where a column is.
     fn at(&self, name: &str) -> usize {
         self.get(name).expect("the column was looked for")
     }

@@ -99,7 +99,6 @@ fn weighted(columns: &Columns, kind: &Kind<'_>) -> Result<(), String> {
     }
 }
 
-/// Returns the point MDP of a row.
 fn point(
     row: &Row,
     columns: &Columns,
@@ -138,7 +137,6 @@ fn point(
     Ok(PointMdp { id: safe_id(&title), title, features, importance, instances })
 }
 
-/// Returns the feature of a column.
 fn feature(name: &str, kind: &Kind<'_>) -> Feature {
     let unit = kind.units.iter().find(|(suffix, _)| name.ends_with(suffix)).map_or("", |(_, u)| u);
     Feature { name: name.to_owned(), unit: unit.to_owned() }

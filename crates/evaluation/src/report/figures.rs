@@ -80,12 +80,10 @@ pub(super) const FEW_TRAININGS: usize = 5;
 /// Quantiles of the band.
 const BAND: (f64, f64) = (0.1, 0.9);
 
-/// Returns the figures that every report has.
 pub(super) fn figures(data: &Report) -> Vec<Figure> {
     [overall(data), ranks(data), distribution(data), learning(data)].into_iter().flatten().collect()
 }
 
-/// Returns the colour of a method.
 fn color(data: &Report, m: &MethodSummary) -> &'static str {
     let identity = &data.manifest.identity;
     let others = || identity.methods.iter().filter(|name| **name != identity.baseline);

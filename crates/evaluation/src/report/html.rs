@@ -30,7 +30,6 @@ const TEMPLATE: &str = include_str!("templates/index.html");
 /// Failures that are listed one by one; the others are in `scores.csv`.
 const FAILURE_ROWS: usize = 20;
 
-/// Returns the page.
 pub(super) fn page(data: &Report, figures: &[Figure]) -> Result<String, ReportError> {
     let parts = data.sections.parts(data, figures)?;
     let further = context! {

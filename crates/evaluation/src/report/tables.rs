@@ -239,7 +239,6 @@ fn profiles(data: &Report) -> Cells {
         .table(rows)
 }
 
-/// Returns the learners with their trainings.
 pub(super) fn trainings(data: &Report) -> Cells {
     let score = |v: Option<f64>| Cell::number(v, format::score);
     let [_, [best, last]] = data.sections.training_columns();
@@ -260,7 +259,6 @@ pub(super) fn trainings(data: &Report) -> Cells {
     columns.table(data.learners())
 }
 
-/// Returns the mix as a method of the ranking.
 pub(super) fn mix_row(data: &Report, mix: &Mix) -> MethodSummary {
     let worst = mix.points.iter().max_by(|a, b| data.direction().compare(a.score, b.score));
     MethodSummary {

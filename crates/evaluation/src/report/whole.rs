@@ -110,7 +110,6 @@ impl Report {
         self.mix.get_or_init(|| self.analysis.mix(None).unwrap_or_default()).as_ref()
     }
 
-    /// Says which direction is better.
     pub(super) fn better(&self) -> String {
         format!("{} is better", self.direction().name())
     }

@@ -98,7 +98,6 @@ pub(super) fn card(
     Ok(card)
 }
 
-/// Writes a model with its card.
 pub(super) fn write(
     layout: &Layout,
     task: &Task,

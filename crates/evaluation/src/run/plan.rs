@@ -506,7 +506,6 @@ fn finish_adding(layout: &Layout) -> Result<(), StoreError> {
     remove(layout, adding.root())
 }
 
-/// Writes a file of the new results.
 fn put(layout: &Layout, path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     replace(layout.root(), path, &layout.tmp(), bytes)
 }

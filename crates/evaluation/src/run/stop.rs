@@ -33,7 +33,6 @@ impl Stop {
         Arc::clone(&self.at_once)
     }
 
-    /// Whether somebody has asked.
     pub(super) fn is_asked(&self) -> bool {
         self.asked.load(Ordering::Relaxed)
     }

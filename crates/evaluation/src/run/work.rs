@@ -132,7 +132,6 @@ fn kept(layout: &Layout, task: &Task, manifest: &str) -> Option<(Record, Archive
     Some((record, SavedModel::read(&layout.model(task.task)).ok()?.archive))
 }
 
-/// Returns the point MDP of a task.
 fn point_of<'a>(identity: &'a Identity, task: &Task) -> Result<&'a PointRow, StoreError> {
     identity.points.iter().find(|p| *p.point == *task.point).ok_or_else(|| {
         let reason = format!("task {} is on {}, which it does not have", task.task, task.point);

@@ -308,7 +308,6 @@ impl Design {
     }
 }
 
-/// Returns the process of a design.
 fn process(design: &Design) -> Process {
     let rows = standardised(design);
     let describing = design.points.first().map_or(0, |p| p.describing.len());

@@ -24,7 +24,6 @@ impl Layout {
         Ok(())
     }
 
-    /// Checks a folder and those in it.
     fn check(&self, folder: &Path) -> Result<(), FileError> {
         beneath(self.root(), folder)?;
         for entry in fs::read_dir(folder).into_iter().flatten().flatten() {

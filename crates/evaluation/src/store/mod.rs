@@ -91,7 +91,6 @@ impl Layout {
         self.root.join("design.json")
     }
 
-    /// `lock.json`.
     fn lock(&self) -> PathBuf {
         self.root.join("lock.json")
     }

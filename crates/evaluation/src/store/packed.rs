@@ -65,7 +65,6 @@ pub struct Packed {
     records: HashMap<(String, String, u32), PackedRecord>,
 }
 
-/// Whether a run is packed.
 fn is_packed(layout: &Layout) -> bool {
     !layout.root().join("done").exists() && layout.packed().exists()
 }

@@ -292,7 +292,6 @@ impl Record {
         Self::of_text(&text, &path, task, manifest).map(Some)
     }
 
-    /// Returns the record of a task that a text is.
     fn of_text(text: &str, path: &Path, task: &Task, manifest: &str) -> Result<Self, StoreError> {
         let fail = |reason: String| StoreError::damaged(path, reason, Remedy::Repeat);
         let record = Self::parse(text).map_err(&fail)?;

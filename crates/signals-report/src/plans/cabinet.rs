@@ -95,7 +95,6 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
     seen.shown.plans.iter().any(has_phases).then(|| context! { has_existing, pages })
 }
 
-/// Returns what an existing plan is, for a caption.
 fn of_plan(plan: &ExistingPlan) -> String {
     let mut text = name(&plan.control);
     if let Some(cycle_s) = plan.cycle_s {
@@ -141,7 +140,6 @@ pub(crate) fn in_order(plan: &ExistingPlan) -> Vec<&PlanPhase> {
     phases
 }
 
-/// Returns the phases of a plan for pages.
 fn phases(plan: &ExistingPlan) -> Vec<Value> {
     let phases = in_order(plan);
     let value = |phase: &PlanPhase| {

@@ -175,7 +175,6 @@ fn columns(Seen { data, shown }: Seen<'_>) -> Columns<'_, Row<'_>> {
     }
 }
 
-/// Returns the rows of a plan.
 fn rows(plan: &TaskPlan, file: String) -> Vec<Row<'_>> {
     let row = |signal, program, green, remark: &str| {
         let both = [remark, &plan.chosen].into_iter().filter(|text| !text.is_empty());

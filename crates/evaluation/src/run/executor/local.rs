@@ -67,7 +67,6 @@ pub struct Local {
     pub memory_per_worker_mb: Option<u64>,
 }
 
-/// How a worker ended.
 #[derive(Debug)]
 enum Ended {
     /// By itself, or asked to.
@@ -115,7 +114,6 @@ impl Local {
         })
     }
 
-    /// Does a task.
     fn task(
         &self,
         task: &Task,
