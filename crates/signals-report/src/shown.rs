@@ -85,7 +85,7 @@ pub(crate) struct TaskPlan {
     pub objective: Option<f64>,
     /// One program per signal; empty for a method that decides while it runs.
     pub programs: Vec<SignalProgram>,
-    /// Settings that tuning has chosen, in words; empty without any.
+    /// Settings that tuning has chosen, in words, each after a semicolon.
     pub chosen: String,
     /// Phases of the signals that a method drives by phases, in words, by signal.
     pub phases: Vec<(String, String)>,
@@ -115,7 +115,7 @@ fn plans(results: &Results) -> Vec<TaskPlan> {
             false => (Vec::new(), recorded),
         };
         let chosen = |(name, value): (&String, &String)| {
-            Some(format!("{} = {value}", name.strip_prefix(SETTING)?))
+            Some(format!("; tuned: {} = {value}", name.strip_prefix(SETTING)?))
         };
         let phases = |(name, text): (&String, &String)| {
             Some((name.strip_prefix(PHASES)?.to_owned(), text.clone()))
@@ -126,7 +126,7 @@ fn plans(results: &Results) -> Vec<TaskPlan> {
             replicate: task.replicate,
             objective: record.metrics.get(&identity.objective).copied(),
             programs,
-            chosen: record.details.iter().filter_map(chosen).collect::<Vec<_>>().join(", "),
+            chosen: record.details.iter().filter_map(chosen).collect(),
             phases: record.details.iter().filter_map(phases).collect(),
             rings,
         }

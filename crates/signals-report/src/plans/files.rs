@@ -177,8 +177,7 @@ fn columns(Seen { data, shown }: Seen<'_>) -> Columns<'_, Row<'_>> {
 
 fn rows(plan: &TaskPlan, file: String) -> Vec<Row<'_>> {
     let row = |signal, program, green, remark: &str| {
-        let both = [remark, &plan.chosen].into_iter().filter(|text| !text.is_empty());
-        let (file, remark) = (file.clone(), both.collect::<Vec<_>>().join("; tuned: "));
+        let (file, remark) = (file.clone(), format!("{remark}{}", plan.chosen));
         Row { plan, signal, program, green, file, remark }
     };
     if !plan.programs.is_empty() {
