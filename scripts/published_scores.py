@@ -5,7 +5,9 @@
 
 Every folder is a results directory, packed or not, of one scenario and preset; its report is made where it has none. The
 settings are those of the second folder, of which the others may lack only what they did not know yet: `--settings DIR` names
-another one, such as a new run of the baseline on one point MDP. BINARY is the program [default: tsc-family].
+another one, such as a new run of the baseline on one point MDP. `--assisting` names the methods whose scores assist beside the
+baseline. The default are those of the study in results/salt-lake-city/analyses.md: of near twins one is enough, and with `nema`
+errors of learners were up to twice as large. BINARY is the program [default: tsc-family].
 """
 
 import argparse
@@ -64,6 +66,7 @@ def main():
     parser.add_argument("out", type=pathlib.Path)
     parser.add_argument("folders", type=pathlib.Path, nargs="+")
     parser.add_argument("--settings", type=pathlib.Path)
+    parser.add_argument("--assisting", default="fixed-time,max-pressure,actuated")
     args = parser.parse_args()
     program = os.environ.get("BINARY", "tsc-family")
     version = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout.split()[1]
@@ -86,12 +89,15 @@ def main():
                 learns = method.startswith(learners)
                 known = {"method": method, "score": number(row["overall"], 6), "points": int(row["points"])}
                 known |= {"low": number(row["overall_low"], 6), "high": number(row["overall_high"], 6), "learns": learns}
-                if learns:
-                    own = identity["settings"]
-                    known["settings"] = {key: own[key] for key in (section(method), "training") if key in own}
+                if method not in [identity["baseline"], *args.assisting.split(",")]:
+                    own, read = identity["settings"], [section(method), *(["training"] if learns else [])]
+                    known["settings"] = {key: own[key] for key in read if key in own}
+                    settings.pop(section(method), None)
                 rows.append(known)
-                if learns or int(row["points"]) != int(row["family_size"]):
+                if method != identity["baseline"] and method not in args.assisting.split(","):
                     continue
+                if learns or int(row["points"]) != int(row["family_size"]):
+                    raise SystemExit(f"{method} cannot assist: it learns, or has not all point MDPs")
                 own = [s for s in scores if s["method"] == method and s["replicate"] == "0"]
                 importance.update((s["point"], number(s["importance"], 10)) for s in own)
                 measure = identity["objective"] if method == identity["baseline"] else "score"

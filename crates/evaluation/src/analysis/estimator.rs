@@ -265,7 +265,7 @@ impl Estimate {
 
     /// Returns `other - self`, resample by resample, which is much narrower than the two intervals suggest:
     /// both methods met the same seeds. Only meaningful for the same point MDPs and equally seeded generators.
-    fn difference(&self, other: &Self) -> Self {
+    pub fn difference(&self, other: &Self) -> Self {
         let bootstrap = |e: &Self| Bootstrap { estimate: e.centre, resamples: e.resamples.clone() };
         let fewest = [self.degrees, other.degrees].into_iter().flatten().min_by(f64::total_cmp);
         let spread = (self.alpha, fewest);
