@@ -270,7 +270,7 @@ fn an_existing_plan_is_simulated_and_compared_with() {
         "r/report/index.html",
         &["which is what is done today", "intersections&#x2f;i0007.html"],
     );
-    folder.shows("r/report/plans/i0007.html", &["pretimed, cycle 70 s, offset 0 s"]);
+    folder.shows("r/report/plans/i0007.html", &["pretimed, cycle 70 s"]);
     let page = "r/report/intersections/i0007.html";
     folder.shows(
         page,

@@ -37,7 +37,6 @@ pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
         let [yellow_s, all_red_s] = p.exact_s.unwrap_or([p.yellow_s, p.all_red_s].map(f64::from));
         PlanPhase {
             number: p.number,
-            also: None,
             ring: p.ring,
             barrier: p.barrier,
             position: p.position,
@@ -48,7 +47,6 @@ pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
                 Some(split_s) => tenths(f64::from(split_s) - yellow_s - all_red_s).max(0.0),
                 None => p.max_green_s.into(),
             },
-            min_split_s: None,
             passage_s: p.passage_s.into(),
             yellow_s,
             all_red_s,
@@ -57,7 +55,7 @@ pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
             dual_entry: p.number.is_multiple_of(2),
             // A force-off ends a phase that began early, not the length of its split.
             inhibit_max: p.split_s.is_some(),
-            detectors: String::new(),
+            ..PlanPhase::default()
         }
     };
     let phases = signal.rings.iter().map(phase).collect();
@@ -118,7 +116,6 @@ pub fn of_program(
             let green_s = if is_fixed { tenths(green.green_s + rest_s) } else { green.green_s };
             PlanPhase {
                 number,
-                also: None,
                 ring: 1,
                 barrier: 1,
                 position: number,
@@ -126,15 +123,13 @@ pub fn of_program(
                 yielding,
                 min_green_s: green_s,
                 max_green_s: green.max_s.unwrap_or(green_s),
-                min_split_s: None,
                 passage_s: if is_fixed { 0.0 } else { program.max_gap_s.unwrap_or(SUMO_GAP_S) },
                 yellow_s,
                 all_red_s,
                 walk_s: green.walk_s,
                 recall: if is_fixed { Recall::Max } else { Recall::Min },
                 dual_entry: true,
-                inhibit_max: false,
-                detectors: String::new(),
+                ..PlanPhase::default()
             }
         })
         .collect();

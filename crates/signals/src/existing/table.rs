@@ -42,7 +42,9 @@ trait Value: Sized {
     /// What a message says is expected.
     const EXPECTED: &'static str;
 
-    fn read(text: &str) -> Option<Self>;
+    fn read(_: &str) -> Option<Self> {
+        None
+    }
 
     /// Reads a cell of a table, whose numbers may have decimal commas.
     fn of_cell(row: &Row, at: usize) -> Option<Self> {
@@ -105,10 +107,6 @@ columns! {
 impl Value for f64 {
     const EXPECTED: &'static str = "a number";
 
-    fn read(text: &str) -> Option<Self> {
-        text.parse().ok()
-    }
-
     fn of_cell(row: &Row, at: usize) -> Option<Self> {
         row.number(at).ok().flatten()
     }
@@ -149,13 +147,11 @@ impl Value for Box<str> {
 impl Value for (u32, Option<u32>) {
     const EXPECTED: &'static str = "a whole number, or two of a stage such as 2+6";
 
-    fn read(text: &str) -> Option<Self> {
-        let (one, other) = text.split_once('+')?;
-        Some((u32::read(one.trim())?, Some(u32::read(other.trim())?)))
-    }
-
     fn of_cell(row: &Row, at: usize) -> Option<Self> {
-        Self::read(row.text(at)).or_else(|| Some((u32::of_cell(row, at)?, None)))
+        match row.text(at).split_once('+') {
+            Some((one, other)) => Some((u32::read(one.trim())?, Some(u32::read(other.trim())?))),
+            None => Some((u32::of_cell(row, at)?, None)),
+        }
     }
 
     fn write(&self) -> String {
@@ -267,6 +263,7 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
         let known = plans.iter().position(|plan| plan.intersection == id && plan.period == period);
         let index = known.unwrap_or_else(|| {
             let plan = ExistingPlan::new(Control::Pretimed, Vec::new());
+            let plan = ExistingPlan { offset_s: None, ..plan };
             plans.push(NamedPlan { intersection: id, period, plan, line });
             told.push(BTreeMap::new());
             plans.len() - 1
@@ -285,7 +282,6 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
         let plan = &mut plans[index].plan;
         plan.control = cells.control.unwrap_or(plan.control);
         plan.cycle_s = cells.cycle_s.or(plan.cycle_s);
-        // Without one, the plan begins with the simulation.
         plan.offset_s = cells.offset_s.or(plan.offset_s);
         plan.referenced_to = cells.referenced_to.unwrap_or(plan.referenced_to);
         cells.reference.iter().for_each(|numbers| plan.reference.clone_from(numbers));
@@ -417,43 +413,30 @@ pub fn to_csv(plans: &[NamedPlan]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::plan;
+    use super::super::testing::plans;
     use super::*;
 
     const HEADER: &str = "intersection,control,cycle_s,phase,ring,barrier,position,movements,yielding,split_s,yellow_s,all_red_s";
-    const ROWS: &str =
-        "7,pretimed,60,2,1,1,1,NBT NBR,NBL,30,4,1\n7,,,4,1,2,1,\"EBT, EBR\",ebl,30,4,1\n";
 
-    #[test]
-    fn a_plan_that_was_written_reads_back_as_the_same() {
-        let mut plan = plan(Control::Coordinated);
-        plan.phases[1].walk_s = Some([7.0, 14.5]);
-        plan.phases[1].recall = Recall::Ped;
-        (plan.phases[2].inhibit_max, plan.phases[2].min_split_s) = (true, Some(22.5));
-        plan.offset_s = Some(12.5);
-        // Two at once; of the second one number is taken.
-        (plan.phases[2].also, plan.phases[3].also) = (Some(7), Some(1));
-        let named =
-            NamedPlan { intersection: "Oak / Main".into(), period: "am".into(), plan, line: 2 };
-        let text = to_csv(std::slice::from_ref(&named));
-        assert_eq!(read(&text, "e.csv").unwrap().all, std::slice::from_ref(&named));
-    }
-
-    #[test]
-    fn a_sheet_for_the_cabinet_is_read() {
-        let named = NamedPlan {
-            intersection: "7".into(),
-            period: String::new(),
-            plan: plan(Control::Pretimed),
-            line: 2,
-        };
-        let header = WRITTEN.join(",");
-        let mut text = format!("intersection,title,method,replicate,signal,kind,{header}\n");
-        for phase in &named.plan.phases {
-            let cells = cells(&named.plan, phase).join(",");
-            text += &format!("7,Oak,nema,0,c,phase,{cells}\n");
+    proptest::proptest! {
+        #[test]
+        fn plans_that_were_written_read_back_as_the_same(plan in plans(), other in plans()) {
+            let named = |period: &str, plan, line| NamedPlan {
+                intersection: "Oak / Main".into(),
+                period: period.into(),
+                plan,
+                line,
+            };
+            let am = named("am", plan, 2);
+            let pm = named("pm", other, 2 + am.plan.phases.len() as u64);
+            let both = [am, pm];
+            let text = to_csv(&both);
+            proptest::prop_assert_eq!(&read(&text, "e.csv").unwrap().all[..], &both);
+            // As in a sheet for the cabinet.
+            let text = text.replace("\nOak", "\nnema,0,c,phase,A,Oak");
+            let text = format!("method,replicate,signal,kind,title,{text}");
+            proptest::prop_assert_eq!(&read(&text, "e.csv").unwrap().all[..], &both);
         }
-        assert_eq!(read(&text, "cabinet.csv").unwrap().all, [named]);
     }
 
     #[test]
@@ -466,23 +449,15 @@ mod tests {
             read(&format!("{header}\n{rows}"), "e.csv").map_err(|e| e.to_string())
         };
         let plans = read_it("30,4,1,", ",4,1,25").unwrap();
-        let greens = plans.all[0].plan.phases.iter().map(|p| p.max_green_s);
-        assert_eq!(greens.collect::<Vec<_>>(), [25.0, 25.0]);
+        let phases = &plans.all[0].plan.phases;
+        assert_eq!([0, 1].map(|p: usize| phases[p].max_green_s), [25.0, 25.0]);
+        let names = [&phases[1].movements, &phases[1].yielding].map(|names| names.join(" "));
+        assert_eq!(names, ["EBT EBR", "EBL"]);
+        assert_eq!((phases[1].min_green_s, phases[1].passage_s), (5.0, 3.0));
+        assert!(phases[1].dual_entry && plans.all[0].plan.offset_s.is_none());
         let e = read_it("30,4,1,25", "30,4,1,26").unwrap_err();
         assert!(e.contains("line 3: split_s = 30, but green, yellow and all-red are 31 s"), "{e}");
         let e = read_it("30,4,1,25", ",4,1,").unwrap_err();
         assert!(e.contains("line 3: neither max_green_s nor split_s"), "{e}");
-    }
-
-    #[test]
-    fn few_columns_are_enough() {
-        let plans = read(&format!("{HEADER}\n{ROWS}"), "e.csv").unwrap();
-        let phase = &plans.all[0].plan.phases[1];
-        assert_eq!(
-            (&phase.movements[..], &phase.yielding[..]),
-            (&["EBT".into(), "EBR".into()][..], &["EBL".into()][..])
-        );
-        assert_eq!((phase.max_green_s, phase.min_green_s, phase.passage_s), (25.0, 5.0, 3.0));
-        assert!(phase.dual_entry);
     }
 }

@@ -26,7 +26,7 @@ const DEFAULT_CHANGE_S: [f64; 2] = [4.0, 1.0];
 pub(super) const MOST_OF_MOVEMENT: usize = 4;
 
 /// Most detectors of a movement.
-const MOST_DETECTORS: usize = 5;
+pub(super) const MOST_DETECTORS: usize = 5;
 
 /// Column of the phases that are for pedestrians alone.
 pub(super) const PEOPLE: &str = "PED";
@@ -62,7 +62,7 @@ impl Utdf {
         let is_own = |number: &u32| phases.iter().any(|phase| phase.number == *number);
         let mut plan = ExistingPlan {
             cycle_s: positive("cycle length")?.filter(|_| control != Control::Actuated),
-            offset_s: Some(data("offset")?.unwrap_or_default()),
+            offset_s: data("offset")?,
             reference: [reference / 100, reference % 100].into_iter().filter(is_own).collect(),
             referenced_to: positive("referenced to")?.map_or(0, |number| number as u32),
             ..ExistingPlan::new(control, phases)
@@ -135,12 +135,9 @@ impl Utdf {
         let flag = |name: &str| Ok::<_, Fault>(value(name)?.is_some_and(|flag| flag != 0.0));
         Ok(Some(PlanPhase {
             number,
-            also: None,
             ring,
             barrier,
             position,
-            movements: Vec::new(),
-            yielding: Vec::new(),
             min_green_s: value("mingreen")?.unwrap_or(SHORT_GREEN_S.min(max_green_s)),
             max_green_s,
             min_split_s: value("minsplit")?.filter(|s| *s > 0.0),
@@ -151,7 +148,7 @@ impl Utdf {
             recall,
             dual_entry: flag("dualentry")?,
             inhibit_max: flag("inhibitmax")?,
-            detectors: String::new(),
+            ..PlanPhase::default()
         }))
     }
 

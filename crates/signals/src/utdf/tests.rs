@@ -1,7 +1,7 @@
 //! Tests of reading UTDF.
 
 use super::*;
-use crate::existing::{Control, NamedPlan, Recall};
+use crate::existing::{Control, Recall};
 use crate::family::approaches::{Approach, Arrivals};
 
 const TWO: &str = include_str!("../../tests/utdf/two-signals.csv");
@@ -190,13 +190,9 @@ fn wrong_values_and_signals_with_nothing_to_decide_are_named() {
     assert!(said.contains("left out (node 2 has fewer than three links, or no lanes)"), "{said}");
 }
 
-fn plans(text: &str) -> Vec<NamedPlan> {
-    read(text).intersections().unwrap().plans.all
-}
-
 #[test]
 fn phases_and_times_become_existing_plans() {
-    let plans = plans(TWO);
+    let plans = read(TWO).intersections().unwrap().plans.all;
     let one = &plans[0].plan;
     assert_eq!(
         (one.control, one.cycle_s, one.offset_s),

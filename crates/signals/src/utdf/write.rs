@@ -1,13 +1,14 @@
 //! Plans as UTDF, for Synchro to merge into the network that they belong to: `[Lanes]` with the phases of movements,
-//! `[Timeplans]` and `[Phases]`. Nodes, links and volumes stay those of the network.
+//! `[Timeplans]` and `[Phases]`. Nodes, links and volumes stay those of the network. A stage of two numbers, such as 2+6, is a
+//! phase of each ring between two barriers, whose movements all have both.
 //!
 //! Only settings that plans have are written. Of what plans do not have, Synchro keeps the settings of the network: gap
 //! reduction, calls of pedestrians, the master, the yield point, locked timings, nodes of the controller,
 //! units.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::plans::{MOST_OF_MOVEMENT, PEOPLE};
+use super::plans::{MOST_DETECTORS, MOST_OF_MOVEMENT, PEOPLE};
 use crate::existing::{Control, ExistingPlan, PlanPhase};
 
 /// Columns of movements, in UTDF's order.
@@ -16,22 +17,26 @@ const MOVEMENTS: [&str; 24] = [
     "NET", "NER", "NWL", "NWT", "NWR", "SEL", "SET", "SER", "SWL", "SWT", "SWR",
 ];
 
-/// Returns the cell of a phase in a record.
-type CellOf<'a> = &'a dyn Fn(&PlanPhase) -> String;
-
 /// Fewest columns of phases.
 const LEAST_PHASES: u32 = 8;
 
 /// Returns plans by the number of their node as UTDF.
 pub fn to_utdf(plans: &[(u32, ExistingPlan)]) -> Result<String, String> {
-    for (node, plan) in plans {
+    let plans: Vec<(u32, ExistingPlan)> = plans.iter().map(|(n, p)| (*n, in_rings(p))).collect();
+    for (node, plan) in &plans {
         check(plan).map_err(|reason| format!("node {node}: {reason}"))?;
     }
-    let mut text =
-        "[Network]\nNetwork Settings\nRECORDNAME,DATA\nUTDFVERSION,8\n\n[Lanes]\nLane Group Data\n"
-            .to_owned();
+    let mut text = "[Network]\nNetwork Settings\nRECORDNAME,DATA\nUTDFVERSION,8\n".to_owned();
+    let of_detectors: Vec<Detectors<'_>> = plans.iter().map(|(_, plan)| detectors(plan)).collect();
+    let unit = of_detectors.iter().flat_map(|of| of.keys()).map(|(unit, _)| *unit).next();
+    if let Some(unit) = unit {
+        text.push_str(&format!("Metric,{}\n", u32::from(unit == "m")));
+    }
+    text.push_str("\n[Lanes]\nLane Group Data\n");
     text.push_str(&format!("RECORDNAME,INTID,{},{PEOPLE}\n", MOVEMENTS.join(",")));
-    plans.iter().for_each(|(node, plan)| lanes(&mut text, *node, plan));
+    for ((node, plan), detectors) in plans.iter().zip(&of_detectors) {
+        lanes(&mut text, *node, plan, &|name| detectors.get(&(unit?, name)));
+    }
     text.push_str("\n[Timeplans]\nTiming Plan Settings\nRECORDNAME,INTID,DATA\n");
     plans.iter().for_each(|(node, plan)| times(&mut text, *node, plan));
     text.push_str("\n[Phases]\nPhasing Data\nRECORDNAME,INTID");
@@ -56,15 +61,20 @@ fn check(plan: &ExistingPlan) -> Result<(), String> {
         }
     }
     let is_in_many = |name: &&&str| {
-        let of = |names: fn(&PlanPhase) -> &Vec<String>| {
-            plan.phases.iter().filter(|p| names(p).iter().any(|own| own == *name)).count()
-        };
-        of(|p| &p.movements).max(of(|p| &p.yielding)) > MOST_OF_MOVEMENT
+        let of = |yields| plan.phases.iter().filter(|p| serves(p, name, yields)).count();
+        of(false).max(of(true)) > MOST_OF_MOVEMENT
     };
-    match MOVEMENTS.iter().find(is_in_many) {
+    match MOVEMENTS.iter().chain([&PEOPLE]).find(is_in_many) {
         Some(name) => Err(format!("{name} has more than {MOST_OF_MOVEMENT} phases")),
         None => Ok(()),
     }
+}
+
+/// Whether a phase serves what stands in a column, with the right of way or without.
+fn serves(phase: &PlanPhase, column: &str, yields: bool) -> bool {
+    let names = if yields { &phase.yielding } else { &phase.movements };
+    let is_for_people = column == PEOPLE && phase.is_for_people() && !yields;
+    is_for_people || names.iter().any(|name| name == column)
 }
 
 fn record(text: &mut String, name: &str, node: u32, cells: impl Iterator<Item = String>) {
@@ -78,25 +88,81 @@ fn number(value: f64) -> String {
     ((value * 1000.0).round() / 1000.0).to_string()
 }
 
-fn lanes(text: &mut String, node: u32, plan: &ExistingPlan) {
-    for (kind, names) in [
-        ("Phase", (|p: &PlanPhase| &p.movements) as fn(&PlanPhase) -> &Vec<String>),
-        ("PermPhase", |p| &p.yielding),
-    ] {
-        let mut of: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
-        for phase in &plan.phases {
-            names(phase).iter().for_each(|name| of.entry(name).or_default().push(phase.number));
-            if phase.is_for_people() && kind == "Phase" {
-                of.entry(PEOPLE).or_default().push(phase.number);
-            }
+/// Returns a plan whose stages of two numbers are a phase of each ring, if every number has one stage of one ring and UTDF can
+/// say it; else stages keep one of their numbers.
+fn in_rings(plan: &ExistingPlan) -> ExistingPlan {
+    let numbers = |p: &PlanPhase| [Some(p.number), p.also].into_iter().flatten();
+    let all: Vec<u32> = plan.phases.iter().flat_map(numbers).collect();
+    let is_once = all.iter().collect::<BTreeSet<_>>().len() == all.len();
+    let (mut one, mut both) = (plan.clone(), plan.clone());
+    one.phases.iter_mut().for_each(|phase| phase.also = None);
+    if all.len() == plan.phases.len() || !is_once || plan.phases.iter().any(|p| p.ring > 1) {
+        return one;
+    }
+    let held = plan.phases.iter().filter(|p| plan.reference.contains(&p.number));
+    both.reference = held.flat_map(numbers).take(2).collect();
+    both.phases.sort_by_key(|stage| (stage.barrier, stage.position));
+    let phases = |(barrier, stage): (u32, &PlanPhase)| {
+        let of = |(number, ring)| PlanPhase {
+            number,
+            also: None,
+            ring,
+            barrier,
+            position: 1,
+            ..stage.clone()
+        };
+        numbers(stage).zip(1..).map(of).collect::<Vec<_>>()
+    };
+    both.phases = (1..).zip(&both.phases).flat_map(phases).collect();
+    if check(&both).is_ok() { both } else { one }
+}
+
+/// Positions and lengths of the detectors of lane groups by unit and column.
+type Detectors<'a> = BTreeMap<(&'a str, &'a str), Vec<[&'a str; 2]>>;
+
+/// Returns what a plan says of detectors, as reading UTDF words it; other words are left out.
+fn detectors(plan: &ExistingPlan) -> Detectors<'_> {
+    fn detector(text: &str) -> Option<[&str; 2]> {
+        let (at, length) = text.split_once(" (").unwrap_or((text, ")"));
+        let is_number = at.parse::<f64>().is_ok();
+        Some([at, length.strip_suffix(')')?]).filter(|_| is_number)
+    }
+    fn group(text: &str) -> Option<((&str, &str), Vec<[&str; 2]>)> {
+        let (name, text) = text.split_once(' ')?;
+        let (all, unit) = text.rsplit_once(' ')?;
+        let all = all.split(", ").map(detector).collect::<Option<Vec<_>>>()?;
+        (["ft", "m"].contains(&unit) && all.len() <= MOST_DETECTORS).then_some(((unit, name), all))
+    }
+    plan.phases.iter().flat_map(|phase| phase.detectors.split("; ")).filter_map(group).collect()
+}
+
+fn lanes<'a>(
+    text: &mut String,
+    node: u32,
+    plan: &ExistingPlan,
+    detectors: &dyn Fn(&'static str) -> Option<&'a Vec<[&'a str; 2]>>,
+) {
+    let mut row = |name: String, cell: &dyn Fn(&'static str) -> Option<String>| {
+        let columns = MOVEMENTS.into_iter().chain([PEOPLE]);
+        let cells: Vec<String> = columns.map(|name| cell(name).unwrap_or_default()).collect();
+        // An empty record would empty that of the network.
+        if cells.iter().any(|cell| !cell.is_empty()) {
+            record(text, &name, node, cells.into_iter());
         }
-        let rows = of.values().map(Vec::len).max().unwrap_or_default();
-        for row in 0..rows {
-            let cell = |name: &&str| {
-                of.get(name).and_then(|all| all.get(row)).map_or_else(String::new, u32::to_string)
-            };
-            let columns = MOVEMENTS.iter().chain(std::iter::once(&PEOPLE));
-            record(text, &format!("{kind}{}", row + 1), node, columns.map(cell));
+    };
+    for (kind, yields) in [("Phase", false), ("PermPhase", true)] {
+        for n in 0..MOST_OF_MOVEMENT {
+            row(format!("{kind}{}", n + 1), &|name| {
+                let phase = plan.phases.iter().filter(|p| serves(p, name, yields)).nth(n)?;
+                Some(phase.number.to_string())
+            });
+        }
+    }
+    row("numDetects".to_owned(), &|name| Some(detectors(name)?.len().to_string()));
+    for n in 0..MOST_DETECTORS {
+        for (i, kind) in ["DetectPos", "DetectSize"].into_iter().enumerate() {
+            let cell = |name| Some(detectors(name)?.get(n)?[i].to_owned());
+            row(format!("{kind}{}", n + 1), &cell);
         }
     }
 }
@@ -120,7 +186,10 @@ fn times(text: &mut String, node: u32, plan: &ExistingPlan) {
         ("Reference Phase", reference.to_string()),
         ("Offset", plan.offset_s.map(number).unwrap_or_default()),
     ] {
-        record(text, name, node, std::iter::once(value));
+        // The network keeps what nobody knows.
+        if !value.is_empty() {
+            record(text, name, node, std::iter::once(value));
+        }
     }
 }
 
@@ -128,7 +197,7 @@ fn phases(text: &mut String, node: u32, plan: &ExistingPlan, most: u32) {
     let flag = |flag: bool| u32::from(flag).to_string();
     let people =
         |p: &PlanPhase, i: usize| p.walk_s.map_or_else(String::new, |both| number(both[i]));
-    let records: [(&str, CellOf<'_>); 12] = [
+    let records: [(&str, &dyn Fn(&PlanPhase) -> String); 12] = [
         ("BRP", &|p| format!("{}{}{}", p.barrier, p.ring, p.position)),
         ("MinGreen", &|p| number(p.min_green_s)),
         ("MaxGreen", &|p| number(p.max_green_s)),
@@ -156,7 +225,7 @@ fn phases(text: &mut String, node: u32, plan: &ExistingPlan, most: u32) {
 mod tests {
     use super::super::Utdf;
     use super::*;
-    use crate::existing::testing::{phase, plan};
+    use crate::existing::testing::{phase, plan, plans};
 
     const TWO: &str = include_str!("../../tests/utdf/two-signals.csv");
 
@@ -167,23 +236,26 @@ mod tests {
         streets.lines().filter(|line| !is_phase(line)).map(|line| format!("{line}\n")).collect()
     }
 
-    #[test]
-    fn plans_that_were_written_are_read_back_with_the_same_values() {
-        let mut whole = Utdf::default();
-        whole.add(TWO.as_bytes(), "n.csv").unwrap();
-        let plans = whole.intersections().unwrap().plans.all;
-        let named: Vec<(u32, ExistingPlan)> =
-            plans.iter().map(|p| (p.intersection.parse().unwrap(), p.plan.clone())).collect();
-        let text = to_utdf(&named).unwrap();
-        let mut back = Utdf::default();
-        back.add(without_plans().as_bytes(), "n.csv").unwrap();
-        assert_eq!(back.intersections().unwrap().plans.all, []);
-        back.add(text.as_bytes(), "p.csv").unwrap();
-        let again = back.intersections().unwrap().plans.all;
-        let of = |all: &[crate::existing::NamedPlan]| {
-            all.iter().map(|p| p.plan.clone()).collect::<Vec<_>>()
-        };
-        assert_eq!(of(&again), of(&plans));
+    proptest::proptest! {
+        #![proptest_config(proptest::test_runner::Config::with_cases(64))]
+        #[test]
+        fn plans_that_were_written_read_back_as_the_same(plan in plans(), detected: bool) {
+            let mut expected = in_rings(&plan);
+            expected.phases.sort_by_key(|phase| phase.number);
+            // They stand at the first phase of a lane group.
+            let served = expected.phases.iter_mut().find(|phase| !phase.movements.is_empty());
+            if let Some(phase) = served.filter(|_| detected) {
+                phase.detectors = format!("{} 0 (40), 120 ft", phase.movements[0]);
+            }
+            let text = to_utdf(&[(1, if detected { expected.clone() } else { plan })]);
+            proptest::prop_assume!(text.is_ok());
+            let mut back = Utdf::default();
+            back.add(without_plans().as_bytes(), "n.csv").unwrap();
+            back.add(text.unwrap().as_bytes(), "p.csv").unwrap();
+            let read = back.intersections().unwrap();
+            let plans: Vec<&ExistingPlan> = read.plans.all.iter().map(|p| &p.plan).collect();
+            proptest::prop_assert_eq!(plans, [&expected], "{:?}", read.doubts);
+        }
     }
 
     #[test]
@@ -191,10 +263,13 @@ mod tests {
         let mut plan = plan(Control::Coordinated);
         plan.phases.push(phase(9, [1, 1, 3], ""));
         (plan.phases[6].walk_s, plan.cycle_s) = (Some([7.0, 13.0]), Some(86.0));
+        plan.phases[0].detectors = "SBL 0 (40), 120 ft".to_owned();
         let text = to_utdf(&[(7, plan)]).unwrap();
         for line in [
             "Phase1,7,5,2,2,1,6,6,,4,4,,8,8,,,,,,,,,,,,,9",
             "PermPhase1,7,,,,,,,4,,,8,,,,,,,,,,,,,,,",
+            "DetectPos2,7,,,,120,,,,,,,,,,,,,,,,,,,,,",
+            "Metric,0",
             "Control Type,7,3",
             "Cycle Length,7,86",
             "Reference Phase,7,206",
@@ -208,15 +283,12 @@ mod tests {
 
     #[test]
     fn what_utdf_cannot_say_is_refused() {
-        let mut high = plan(Control::Actuated);
-        high.phases[0].position = 12;
-        high.phases[1].position = 13;
-        assert_eq!(
-            to_utdf(&[(7, high)]).unwrap_err(),
-            "node 7: phase 1 has a barrier or position above 9"
-        );
-        let mut second = plan(Control::Actuated);
-        second.phases[0].movements.push("NBL2".into());
-        assert_eq!(to_utdf(&[(7, second)]).unwrap_err(), "node 7: NBL2 is no movement of UTDF");
+        let mut plan = plan(Control::Actuated);
+        plan.phases[0].movements.push("NBL2".into());
+        let refused = |plan: &ExistingPlan| to_utdf(&[(7, plan.clone())]).unwrap_err();
+        assert_eq!(refused(&plan), "node 7: NBL2 is no movement of UTDF");
+        plan.phases[0].position = 12;
+        plan.phases[1].position = 13;
+        assert_eq!(refused(&plan), "node 7: phase 1 has a barrier or position above 9");
     }
 }
