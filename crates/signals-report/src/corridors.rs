@@ -4,7 +4,7 @@
 //! Student's over the evaluation seeds.
 //!
 //! The diagram is that of `coordinated`, with the cycle that its rings follow. A band is the longest run of seconds in which a
-//! vehicle at the speed limit meets no red; there is none where cycles differ.
+//! vehicle at the speed limit meets no red.
 
 use minijinja::{Value, context};
 
@@ -15,7 +15,7 @@ use evaluation::report::table::{Cell, Columns};
 use evaluation::report::{Figure, WIDTH};
 use evaluation::stats::mean_interval;
 use signals::control::coordinated;
-use signals::program::{ProgramKind, SignalProgram};
+use signals::program::ProgramPhase;
 use signals::street_results::{ByStreet, StreetEpisode, StreetResult, StreetStop};
 
 /// Name of the table in the report's folder.
@@ -136,74 +136,50 @@ pub(crate) fn diagram(Seen { data, shown }: Seen<'_>) -> Option<Figure> {
         plan.point == task.point && data.manifest.identity.methods[plan.method] == method
     };
     let plan = shown.plans.iter().find(is_own)?;
-    let of = |street| Some((street, lights(plan, street)?));
-    let panels: Vec<(&StreetResult, Vec<Light<'_>>)> =
+    let of = |street| Some((street, greens(plan, street)?));
+    let panels: Vec<(&StreetResult, Greens)> =
         task.results.streets.iter().filter_map(of).take(FEW).collect();
-    if panels.is_empty() {
-        return None;
-    }
     let mut canvas = Canvas::new(WIDTH, (PANEL_PX + 50.0) * panels.len() as f64 + 10.0);
-    let bands = panels.iter().enumerate().map(|(i, (street, lights))| {
+    let bands = panels.iter().enumerate().map(|(i, (street, greens))| {
         let top = 24.0 + (PANEL_PX + 50.0) * i as f64;
-        let band = panel(&mut canvas, top, (method, street), lights);
-        format!("{}: {band}", street.direction)
+        format!("{}: {}", street.direction, panel(&mut canvas, top, street, greens))
     });
     let bands: Vec<String> = bands.collect();
     let title = format!("Time-space diagram of {method}");
-    Some(canvas.figure("time-space", &title, &bands.join("; ")))
+    (!bands.is_empty()).then(|| canvas.figure("time-space", &title, &bands.join("; ")))
 }
 
-/// A signal of a street with the program that it runs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Light<'a> {
-    stop: &'a StreetStop,
-    program: &'a SignalProgram,
-}
+/// Per signal of a street whether its movement is green, by second of the cycle.
+type Greens = Vec<Vec<bool>>;
 
-impl Light<'_> {
-    fn cycle_s(&self) -> f64 {
-        self.program.phases.iter().map(|p| p.duration_s).sum()
-    }
-
-    /// Whether the movement along the street is green at a time.
-    fn is_green(&self, time_s: f64) -> bool {
-        let stages = self.program.stages.as_ref();
-        let offset_s = stages.map_or(self.program.offset_s, |stages| stages.offset_s.into());
-        let mut left_s = (time_s - offset_s).rem_euclid(self.cycle_s());
-        let shown = self.program.phases.iter().find(|phase| {
-            left_s -= phase.duration_s;
-            left_s < 0.0
-        });
-        let letter = |link: &usize| shown?.state.as_bytes().get(*link).copied();
-        self.stop.links.iter().any(|link| matches!(letter(link), Some(b'G' | b'g')))
-    }
-}
-
-/// Returns the signals of a street with their programs; `None` where one of them has no fixed cycle, or the
-/// network's own, whose offset records do not have.
-fn lights<'a>(plan: &'a TaskPlan, street: &'a StreetResult) -> Option<Vec<Light<'a>>> {
-    let of = |stop: &'a StreetStop| {
+/// Returns the greens of a street; `None` where one of its signals has no fixed cycle, another one, or the network's own, whose
+/// offset records do not have.
+fn greens(plan: &TaskPlan, street: &StreetResult) -> Option<Greens> {
+    let of = |stop: &StreetStop| {
         let mut programs = plan.programs.iter().chain(&plan.rings);
-        let program = programs.find(|p| p.signal == stop.signal)?;
-        let is_timed = matches!(program.kind, ProgramKind::Static | ProgramKind::DualRing);
-        let light = Light { stop, program };
-        (is_timed && !program.own && light.cycle_s() > 0.0).then_some(light)
+        let program = programs.find(|p| p.signal == stop.signal && !p.own)?;
+        let offset_s = program.stages.as_ref().map_or(program.offset_s, |s| s.offset_s.into());
+        let green = |phase: &ProgramPhase| {
+            let letter = |link: &usize| phase.state.as_bytes().get(*link);
+            let is_green = |link| matches!(letter(link), Some(b'G' | b'g'));
+            vec![stop.links.iter().any(is_green); phase.duration_s.round() as usize]
+        };
+        let mut greens: Vec<bool> = program.phases.iter().flat_map(green).collect();
+        let count = greens.len().max(1);
+        greens.rotate_right(offset_s.round() as usize % count);
+        Some(greens)
     };
-    street.stops.iter().map(of).collect()
+    let all: Greens = street.stops.iter().map(of).collect::<Option<_>>()?;
+    let has_cycle = |greens: &Vec<bool>| !greens.is_empty() && greens.len() == all[0].len();
+    all.iter().all(has_cycle).then_some(all)
 }
 
-/// Returns start and length of the band in seconds of the first stop line, and the cycle; `None` where cycles differ or
-/// every vehicle meets a red.
-fn band(lights: &[Light<'_>]) -> Option<(f64, f64, f64)> {
-    let cycle_s = lights[0].cycle_s();
-    if lights.iter().any(|light| (light.cycle_s() - cycle_s).abs() > 1e-6) {
-        return None;
-    }
-    let seconds = cycle_s.round() as usize;
-    let passes =
-        |t: usize| lights.iter().all(|light| light.is_green(t as f64 + light.stop.after_s.round()));
-    let free: Vec<bool> = (0..seconds).map(passes).collect();
-    let twice = [&free[..], &free].concat();
+/// Returns start and length of the band in seconds of the first stop line; `None` where every vehicle meets a red.
+fn band(street: &StreetResult, greens: &Greens) -> Option<(usize, usize)> {
+    let cycle_s = greens[0].len();
+    let stops = || street.stops.iter().map(|stop| stop.after_s.round() as usize).zip(greens);
+    let passes = |t| stops().all(|(after_s, green)| green[(t + after_s) % cycle_s]);
+    let twice: Vec<bool> = (0..2 * cycle_s).map(passes).collect();
     let (mut start, mut best) = (0, (0, 0));
     for run in twice.chunk_by(|a, b| a == b) {
         if run[0] && run.len() > best.1 {
@@ -211,19 +187,14 @@ fn band(lights: &[Light<'_>]) -> Option<(f64, f64, f64)> {
         }
         start += run.len();
     }
-    (best.1 > 0).then_some((best.0 as f64, best.1.min(seconds) as f64, cycle_s))
+    (best.1 > 0).then_some((best.0, best.1.min(cycle_s)))
 }
 
 /// Draws a direction and returns its band in words.
-fn panel(
-    canvas: &mut Canvas,
-    top: f64,
-    (method, street): (&str, &StreetResult),
-    lights: &[Light<'_>],
-) -> String {
-    let longest_s = lights.iter().map(Light::cycle_s).fold(0.0, f64::max);
-    let last_s = lights.last().map_or(0.0, |light| light.stop.after_s);
-    let span_s = CYCLES * longest_s + last_s;
+fn panel(canvas: &mut Canvas, top: f64, street: &StreetResult, greens: &Greens) -> String {
+    let cycle_s = greens[0].len();
+    let last_s = street.stops.last().map_or(0.0, |stop| stop.after_s);
+    let span_s = CYCLES * cycle_s as f64 + last_s;
     let length_m = length_m(street).max(1.0);
     let (left, right, bottom) = (74.0, WIDTH - 120.0, top + PANEL_PX - 40.0);
     let margin_m = 0.06 * length_m;
@@ -237,38 +208,36 @@ fn panel(
         x_label: Some("time (s)".to_owned()),
         y_label: Some("distance (m)".to_owned()),
     });
-    let band = band(lights);
+    let band = band(street, greens);
     let said = match band {
-        Some((_, width_s, cycle_s)) => format!("band of {width_s} s in a cycle of {cycle_s} s"),
+        Some((_, width_s)) => format!("band of {width_s} s in a cycle of {cycle_s} s"),
         None => "no band".to_owned(),
     };
-    let name = format!("{method}, {}, {} signals: {said}", street.direction, street.stops.len());
+    let (method, stops) = (coordinated::METHOD.name, &street.stops);
+    let name = format!("{method}, {}, {} signals: {said}", street.direction, stops.len());
     canvas.text(left, top - 8.0, &name, TextStyle::new(Anchor::Start).bold());
-    if let Some((start_s, width_s, cycle_s)) = band {
-        let mut from_s = start_s % cycle_s;
-        while from_s + width_s + last_s <= span_s {
-            let corner =
-                |t: f64, l: &Light<'_>| (frame.x(t + l.stop.after_s), frame.y(l.stop.at_m));
-            let from = lights.iter().map(|light| corner(from_s, light));
-            let to = lights.iter().rev().map(|light| corner(from_s + width_s, light));
-            let corners: Vec<_> = from.chain(to).collect();
-            canvas.band(&corners, GREEN);
-            from_s += cycle_s;
-        }
+    let bands = band.iter().flat_map(|(start, width_s)| {
+        (start % cycle_s..).step_by(cycle_s).map(move |from| [from as f64, (from + width_s) as f64])
+    });
+    for [from_s, to_s] in bands.take_while(|[_, to_s]| to_s + last_s <= span_s) {
+        let corner = |t: f64, stop: &StreetStop| (frame.x(t + stop.after_s), frame.y(stop.at_m));
+        let from = stops.iter().map(|stop| corner(from_s, stop));
+        let to = stops.iter().rev().map(|stop| corner(to_s, stop));
+        canvas.band(&from.chain(to).collect::<Vec<_>>(), GREEN);
     }
-    for light in lights {
-        let y = frame.y(light.stop.at_m);
+    for (stop, greens) in stops.iter().zip(greens) {
+        let y = frame.y(stop.at_m);
         let mut from = 0;
-        let seconds = 0..span_s.round() as usize;
-        let greens: Vec<bool> = seconds.map(|t| light.is_green(t as f64)).collect();
-        for run in greens.chunk_by(|a, b| a == b) {
+        let seconds: Vec<bool> =
+            greens.iter().copied().cycle().take(span_s.round() as usize).collect();
+        for run in seconds.chunk_by(|a, b| a == b) {
             let (color, half) = if run[0] { (GREEN, BAR_PX / 4.0) } else { (RED, BAR_PX / 2.0) };
             let ends = [from, from + run.len()].map(|t| frame.x(t as f64));
             canvas.rect((ends[0], y - half), (ends[1], y + half), color, None);
             from += run.len();
         }
         let style = TextStyle::new(Anchor::Start).small();
-        canvas.text(right + 8.0, y + 4.0, &light.stop.signal, style);
+        canvas.text(right + 8.0, y + 4.0, &stop.signal, style);
     }
     said
 }
@@ -276,33 +245,24 @@ fn panel(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use signals::program::ProgramPhase;
-
-    fn program(offset_s: f64, cycle_s: f64) -> SignalProgram {
-        let phases = [("rG", 30.0), ("ry", 3.0), ("Gr", cycle_s - 33.0)];
-        let phases = phases.map(|(state, s)| ProgramPhase::fixed(state, s)).to_vec();
-        SignalProgram { offset_s, ..SignalProgram::new("s", ProgramKind::Static, phases) }
-    }
-
-    fn stop(after_s: f64) -> StreetStop {
-        StreetStop { signal: "s".into(), links: vec![1], at_m: 10.0 * after_s, after_s }
-    }
 
     #[test]
     fn the_band_is_what_the_greens_of_a_street_have_in_common_for_who_drives_along() {
-        let (programs, stops) =
-            ([program(5.0, 60.0), program(30.0, 60.0)], [stop(0.0), stop(20.0)]);
-        let light = |i: usize| Light { stop: &stops[i], program: &programs[i] };
+        let green = |from: usize| (0..60).map(|t| (60 + t - from) % 60 < 30).collect::<Vec<bool>>();
+        let band = |stops: &[(f64, usize)]| {
+            let stop =
+                |after_s| StreetStop { signal: "s".into(), links: vec![], at_m: 0.0, after_s };
+            let street = StreetResult {
+                direction: "EB".into(),
+                stops: stops.iter().map(|(after_s, _)| stop(*after_s)).collect(),
+                episodes: vec![],
+            };
+            super::band(&street, &stops.iter().map(|(_, from)| green(*from)).collect())
+        };
         // Green from 5 to 35 s, and at the second signal from 30 to 60 s, which is 10 to 40 s at the first.
-        assert_eq!(band(&[light(0), light(1)]), Some((10.0, 25.0, 60.0)));
-        assert_eq!(band(&[light(0)]), Some((5.0, 30.0, 60.0)));
-        let other = program(0.0, 70.0);
-        assert_eq!(band(&[light(0), Light { stop: &stops[1], program: &other }]), None);
-    }
-
-    #[test]
-    fn a_band_may_go_over_the_end_of_the_cycle() {
-        let (program, stop) = (program(50.0, 60.0), stop(0.0));
-        assert_eq!(band(&[Light { stop: &stop, program: &program }]), Some((50.0, 30.0, 60.0)));
+        assert_eq!(band(&[(0.0, 5), (20.0, 30)]), Some((10, 25)));
+        assert_eq!(band(&[(0.0, 5), (20.0, 55)]), None);
+        // It may go over the end of the cycle.
+        assert_eq!(band(&[(0.0, 50)]), Some((50, 30)));
     }
 }

@@ -33,7 +33,7 @@ use super::fixed_time::{SIMULATIONS, budget};
 use super::phase_sets::covering;
 use super::streets::{Stop, Street, streets};
 use super::webster::{Constants, greens, split};
-use super::{ControlError, Controller, Drive, Light, Setup, SignalSpec, Trainer};
+use super::{ControlError, Controller, Drive, Light, Limits, Setup, SignalSpec, Trainer};
 use crate::program::{ProgramPhase, RingStages};
 use evaluation::run::method::{Method, Training};
 use evaluation::run::search::{SEARCH_SEED, search};
@@ -86,14 +86,7 @@ type Plans = Vec<Option<Timed>>;
 
 /// Returns coordinated-actuated control, not yet tuned.
 pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
-    Box::new(Coordinated {
-        config: config.clone(),
-        signals: Vec::new(),
-        streets: Vec::new(),
-        weights: Vec::new(),
-        plans: None,
-        used: 0,
-    })
+    Box::new(Coordinated { config: config.clone(), ..Coordinated::default() })
 }
 
 /// Returns what the rings are told.
@@ -108,13 +101,12 @@ pub fn rings(config: &Config) -> dual_ring::Config {
     }
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Coordinated {
     config: Config,
     signals: Vec<SignalSpec>,
-    streets: Vec<Street>,
-    /// Vehicles per hour along each street.
-    weights: Vec<f64>,
+    /// With the vehicles per hour along each, the busiest first.
+    streets: Vec<(f64, Street)>,
     /// What runs in the next episode; the networks' own programs where there is none yet.
     plans: Option<Plans>,
     used: u32,
@@ -128,8 +120,7 @@ impl Controller for Coordinated {
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         if self.signals != signals {
             self.signals = signals.to_vec();
-            self.streets = streets(signals);
-            self.weights = vec![1.0; self.streets.len()];
+            self.streets = streets(signals).into_iter().map(|street| (0.0, street)).collect();
             self.plans = None;
         }
         if self.streets.is_empty() {
@@ -145,14 +136,14 @@ impl Controller for Coordinated {
         let flow_vph = trainer.episode(self, SEARCH_SEED)?.lane_flow_vph;
         self.used += 1;
         // Those counted on the lanes of its movements, the mean over its stop lines.
-        let weight = |street: &Street| {
-            let lanes = |stop: &Stop| &self.signals[stop.signal].movements[stop.movement].lanes;
+        for (weight, street) in &mut self.streets {
             let at = |stop: &Stop| -> f64 {
-                lanes(stop).iter().map(|lane| flow_vph[stop.signal][*lane]).sum()
+                let lanes = &self.signals[stop.signal].movements[stop.movement].lanes;
+                lanes.iter().map(|lane| flow_vph[stop.signal][*lane]).sum()
             };
-            street.iter().map(at).sum::<f64>() / street.len() as f64
-        };
-        self.weights = self.streets.iter().map(weight).collect();
+            *weight = street.iter().map(at).sum::<f64>() / street.len() as f64;
+        }
+        self.streets.sort_by(|a, b| b.0.total_cmp(&a.0));
         let most = budget(self.config.simulations, self.signals.len() as u32) - 1;
         let (candidates, mut tried) = ((self.candidates(&flow_vph), most), Vec::new());
         search(&mut tried, candidates, None, &mut |plans: &Plans| {
@@ -190,7 +181,7 @@ impl Coordinated {
 
     /// Returns the stage with the longest green of the busiest street at a signal.
     fn coordinated_stage(&self, signal: usize, plan: &Timed) -> usize {
-        let stops = self.streets.iter().zip(&self.weights).flat_map(|(street, weight)| {
+        let stops = self.streets.iter().flat_map(|(weight, street)| {
             let here = street.iter().filter(|stop| stop.signal == signal);
             here.map(move |stop| (*weight, stop.movement))
         });
@@ -208,32 +199,35 @@ impl Coordinated {
         let Config { lost_time_s, saturation_flow_vph, .. } = self.config;
         let constants = Constants { lost_time_s, saturation_flow_vph };
         let sets: Vec<Vec<Vec<usize>>> = self.signals.iter().map(covering).collect();
-        let mut busiest: Vec<usize> = (0..self.streets.len()).collect();
-        busiest.sort_by(|a, b| self.weights[*b].total_cmp(&self.weights[*a]));
         let mut found: Vec<(u32, Plans)> = Vec::new();
         for round in 0..sets.iter().map(Vec::len).max().unwrap_or(0) {
-            let chosen = sets.iter().map(|sets| &sets[round.min(sets.len() - 1)]);
-            let each = || self.signals.iter().zip(chosen.clone()).zip(flow_vph);
-            let own_cycle_s = |((spec, set), flow_vph): ((&SignalSpec, &Vec<usize>), &Vec<f64>)| {
-                let greens = greens(spec, set, flow_vph, &constants);
-                greens.iter().sum::<f64>() + spec.limits.lost_s(set)
+            let each = || {
+                let chosen = sets.iter().map(|sets| &sets[round.min(sets.len() - 1)]);
+                self.signals
+                    .iter()
+                    .zip(chosen)
+                    .zip(flow_vph)
+                    .map(|((spec, set), vph)| (spec, set, vph))
             };
-            let decided = each().filter(|((spec, _), _)| spec.phases.len() > 1);
+            let decided = each().filter(|(spec, ..)| spec.phases.len() > 1);
+            let own_cycle_s = |(spec, set, vph): (&SignalSpec, &Vec<usize>, &Vec<f64>)| {
+                greens(spec, set, vph, &constants).iter().sum::<f64>() + spec.limits.lost_s(set)
+            };
             let natural_s = decided.map(own_cycle_s).fold(0.0, f64::max);
             let [low, natural, high] =
                 [CYCLES[0], 1.0, CYCLES[1]].map(|part| (natural_s * part).round() as u32);
             for cycle_s in std::iter::once(natural).chain((low..=high).step_by(CYCLE_STEP_S)) {
-                let splits = each().map(|((spec, set), flow_vph)| {
+                let splits = each().map(|(spec, set, vph)| {
                     if spec.phases.len() < 2 {
                         return Some(None);
                     }
-                    let greens_s = split(spec, set, flow_vph, &constants, f64::from(cycle_s));
+                    let greens_s = split(spec, set, vph, &constants, f64::from(cycle_s));
                     let plan = Timed { phases: set.clone(), greens_s, offset_s: 0, cycle_s };
                     plan.fits(spec).then_some(Some(plan))
                 });
                 let Some(splits) = splits.collect::<Option<Plans>>() else { continue };
-                for street in busiest.iter().take(PROGRESSIONS) {
-                    let plans = self.progression(splits.clone(), *street, &busiest);
+                for (_, street) in self.streets.iter().take(PROGRESSIONS) {
+                    let plans = self.progression(splits.clone(), street);
                     if !found.iter().any(|(_, other)| *other == plans) {
                         found.push((cycle_s.abs_diff(natural), plans));
                     }
@@ -246,10 +240,9 @@ impl Coordinated {
 
     /// Gives plans the offsets with which a vehicle at the speed limit meets green along a street, and along the others as far
     /// as they are free.
-    fn progression(&self, mut plans: Plans, first: usize, busiest: &[usize]) -> Plans {
+    fn progression(&self, mut plans: Plans, first: &Street) -> Plans {
         let mut known = vec![false; plans.len()];
-        for street in std::iter::once(&first).chain(busiest) {
-            let stops = &self.streets[*street];
+        for stops in std::iter::once(first).chain(self.streets.iter().map(|(_, stops)| stops)) {
             let begins_s =
                 |stop: &Stop, plan: &Timed| plan.begins_s(&self.signals[stop.signal], stop);
             // When a vehicle passes the first stop line, for its green to begin.
@@ -285,17 +278,12 @@ struct Timed {
 }
 
 impl Timed {
-    /// Whether it is within the limits of the signal, and its greens and changes fill the cycle.
+    /// Whether the cycle is within the limits of the signal, and greens, which are within theirs, and changes fill it.
     fn fits(&self, spec: &SignalSpec) -> bool {
-        let limits = &spec.limits;
+        let Limits { min_cycle_s, max_cycle_s, .. } = spec.limits;
         let cycle_s = f64::from(self.cycle_s);
-        let total_s = self.greens_s.iter().sum::<f64>() + limits.lost_s(&self.phases);
-        let least_s = limits.least_s(&self.phases);
-        let mut greens = self.greens_s.iter().zip(&least_s).zip(&self.phases);
-        // The shortest greens may need a longer cycle than the longest.
-        (limits.min_cycle_s..=limits.max_cycle_s).contains(&cycle_s)
-            && (total_s - cycle_s).abs() < 1e-6
-            && greens.all(|((g, least), p)| g >= least && *g <= limits.max_green_s[*p])
+        let total_s = self.greens_s.iter().sum::<f64>() + spec.limits.lost_s(&self.phases);
+        (min_cycle_s..=max_cycle_s).contains(&cycle_s) && (total_s - cycle_s).abs() < 1e-6
     }
 
     /// Returns when the green of a stop line begins, seconds after that of the first phase.

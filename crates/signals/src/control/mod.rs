@@ -176,13 +176,12 @@ impl SignalSpec {
 
     /// Returns the ids of lanes that have no green in any phase.
     fn unserved_lanes(&self) -> Vec<&str> {
-        let served = |lane: usize| {
-            self.movements.iter().enumerate().any(|(m, movement)| {
-                movement.lanes.contains(&lane)
-                    && self.phases.iter().any(|p| p.service[m] != Light::Red)
-            })
-        };
-        (0..self.lanes.len()).filter(|l| !served(*l)).map(|l| self.lanes[l].id.as_str()).collect()
+        let served: BTreeSet<usize> =
+            (0..self.phases.len()).flat_map(|phase| self.served_lanes(phase)).collect();
+        (0..self.lanes.len())
+            .filter(|l| !served.contains(l))
+            .map(|l| self.lanes[l].id.as_str())
+            .collect()
     }
 }
 

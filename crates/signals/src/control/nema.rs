@@ -39,17 +39,3 @@ pub const METHOD: Method = Method {
 pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
     same(METHOD.name, Drive::DualRing(config.clone()))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::testing::two_phase_signal;
-    use super::*;
-
-    #[test]
-    fn every_signal_runs_dual_ring_with_the_settings() {
-        let config = Config { passage_s: 3, recall: Recall::All, ..Config::default() };
-        let mut nema = create(&config, &Setup::default());
-        let drives = nema.begin(&[two_phase_signal(), two_phase_signal()]).unwrap();
-        assert_eq!(drives, vec![Drive::DualRing(config); 2]);
-    }
-}

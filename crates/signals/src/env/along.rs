@@ -18,12 +18,10 @@ use crate::control::SignalSpec;
 use crate::control::streets::{Stop, streets};
 use crate::sim::{Scene, Snapshot};
 use crate::street_results::{StreetEpisode, StreetResult, StreetStop};
+use crate::vocabulary::Heading;
 
 /// Speed below which a vehicle halts, metres per second (SUMO's definition of waiting).
 const HALT_MPS: f64 = 0.1;
-
-/// Directions of travel, each a quarter of the compass around its middle.
-const DIRECTIONS: [&str; 4] = ["NB", "EB", "SB", "WB"];
 
 /// A vehicle on its way along a street.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -53,10 +51,13 @@ pub struct Along {
 
 impl Along {
     /// Returns a collection for an episode; `None` where no street has two signals.
-    pub(super) fn new(scene: &Scene, signals: &[DerivedSignal], side: DrivingSide) -> Option<Self> {
-        let specs: Vec<SignalSpec> = signals.iter().map(|signal| signal.spec.clone()).collect();
+    pub(super) fn new(
+        scene: &Scene,
+        (signals, specs): (&[DerivedSignal], &[SignalSpec]),
+        side: DrivingSide,
+    ) -> Option<Self> {
         let mut along = Self { of_lane: vec![Vec::new(); scene.lanes.len()], ..Self::default() };
-        for (street, stops) in streets(&specs).iter().enumerate() {
+        for (street, stops) in streets(specs).iter().enumerate() {
             for (place, stop) in stops.iter().enumerate() {
                 for lane in &signals[stop.signal].lanes {
                     along.of_lane[*lane].push((street, place));
@@ -67,7 +68,6 @@ impl Along {
             let lane = &scene.lanes[first.lanes[lane]];
             let heading_deg =
                 if side.is_right() { lane.heading_deg } else { mirrored_deg(lane.heading_deg) };
-            let quarter = (heading_deg / 90.0).round().rem_euclid(4.0) as usize;
             along.first_mps.push(lane.speed_mps.max(HALT_MPS));
             let result = |stop: &Stop| StreetStop {
                 signal: specs[stop.signal].id.clone(),
@@ -76,7 +76,7 @@ impl Along {
                 after_s: stop.after_s,
             };
             along.streets.push(StreetResult {
-                direction: DIRECTIONS[quarter].to_owned(),
+                direction: Heading::of_approaches(&[heading_deg])[0].to_string(),
                 stops: stops.iter().map(result).collect(),
                 episodes: vec![StreetEpisode::default()],
             });

@@ -17,7 +17,7 @@ use crate::control::{LaneSpec, Limits, Movement, Onward, Phase, SignalSpec};
 use crate::settings::{Actions, SignalSettings};
 use crate::sim::error::SimError;
 use crate::sim::topology::edge;
-use crate::sim::{Link, Program, ProgramKind, Scene, SignalInfo};
+use crate::sim::{Lane, Link, Program, ProgramKind, Scene, SignalInfo};
 use crate::timing::{Approach, Timing, Way};
 use crate::vocabulary::Light;
 
@@ -282,38 +282,43 @@ fn seen_m(scene: &Scene, lane: usize) -> f64 {
     lane.pieces.iter().map(|p| p.beyond_m + p.length_m).fold(lane.length_m, f64::max)
 }
 
-/// Returns the incoming edges of a signal in the order of its approaches: that in which its links name them.
-pub(super) fn approach_edges<'a>(scene: &'a Scene, signal: &SignalInfo) -> Vec<&'a str> {
-    let mut edges = Vec::new();
+/// Returns the incoming edges of a signal in the order of its approaches, that in which its links name them, with their first
+/// lanes.
+pub(super) fn approach_edges<'a>(
+    scene: &'a Scene,
+    signal: &SignalInfo,
+) -> Vec<(&'a str, &'a Lane)> {
+    let mut edges: Vec<(&str, &Lane)> = Vec::new();
     for link in signal.links.iter().flatten() {
-        let edge = edge(&scene.lanes[link.from_lane].id);
-        if !edges.contains(&edge) {
-            edges.push(edge);
+        let lane = &scene.lanes[link.from_lane];
+        if edges.iter().all(|(known, _)| *known != edge(&lane.id)) {
+            edges.push((edge(&lane.id), lane));
         }
     }
     edges
 }
 
+/// Returns the approach of a lane.
+pub(super) fn approach_of(edges: &[(&str, &Lane)], lane: &Lane) -> usize {
+    let own = edges.iter().position(|(known, _)| *known == edge(&lane.id));
+    own.expect("edges are those of all links")
+}
+
 /// Returns the limits of a signal: its approaches are its incoming edges.
 fn timing(scene: &Scene, signal: &SignalInfo, settings: &SignalSettings) -> Timing {
-    let mut edges: Vec<&str> = Vec::new();
-    let mut approaches: Vec<Approach> = Vec::new();
-    let mut way = |link: &Link| {
-        let lane = &scene.lanes[link.from_lane];
-        let approach = edges.iter().position(|e| *e == edge(&lane.id)).unwrap_or_else(|| {
-            edges.push(edge(&lane.id));
-            approaches.push(Approach {
-                heading_deg: lane.heading_deg,
-                width_m: lane.street_width_m,
-                plain_lanes: lane.plain_lanes,
-                speed_mps: lane.speed_mps,
-            });
-            edges.len() - 1
-        });
+    let edges = approach_edges(scene, signal);
+    let approach = |(_, lane): &(&str, &Lane)| Approach {
+        heading_deg: lane.heading_deg,
+        width_m: lane.street_width_m,
+        plain_lanes: lane.plain_lanes,
+        speed_mps: lane.speed_mps,
+    };
+    let way = |link: &Link| {
+        let approach = approach_of(&edges, &scene.lanes[link.from_lane]);
         Way { approach, turn: turn_of(link.direction) }
     };
-    let links = signal.links.iter().map(|links| links.iter().map(&mut way).collect()).collect();
-    Timing::new(settings, approaches, links)
+    let links = signal.links.iter().map(|links| links.iter().map(way).collect()).collect();
+    Timing::new(settings, edges.iter().map(approach).collect(), links)
 }
 
 /// Returns the limits of the phases as controllers see them.

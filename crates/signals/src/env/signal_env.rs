@@ -181,7 +181,7 @@ impl<S: Sim> SignalEnv<S> {
         self.time_s = self.world.begin_s;
         let by_movement = || ByMovement::new(&self.scene, self.world.side, &self.world.bays);
         self.by_movement = (self.collects_movements && self.world.ways.is_some()).then(by_movement);
-        let along = || Along::new(&self.scene, &self.signals, self.world.side);
+        let along = || Along::new(&self.scene, (&self.signals, &self.specs), self.world.side);
         self.along = self.collects_movements.then(along).flatten();
         (self.metrics, self.decisions) = (EpisodeMetrics::default(), 0);
         self.told.iter_mut().for_each(|told| *told = vec![Vec::new(); self.signals.len()]);
@@ -218,7 +218,7 @@ impl<S: Sim> SignalEnv<S> {
                 !signal.timing.closed[crossing] && !signal.own_greens.iter().all(serves)
             };
             let edges = approach_edges(&self.scene, info);
-            let edges = edges.into_iter().enumerate().map(|(i, edge)| may_wait(i).then_some(edge));
+            let edges = edges.iter().enumerate().map(|(i, (edge, _))| may_wait(i).then_some(*edge));
             let crossings: Vec<Option<(&str, f64)>> =
                 edges.map(|edge| edge.map(|edge| (edge, of_edge(edge)))).collect();
             Some(Pedestrians::new(&crossings, &info.id, self.seed, span_s, pushes.is_none()))
@@ -348,21 +348,23 @@ impl<S: Sim> SignalEnv<S> {
                     greens_s.is_empty().then(greens).transpose().map_err(failed)?;
                 self.retimed[i].clone_from(greens_s);
             }
-            let free =
-                |config, greens_s| Some(DualRing::new(&self.scene, info, signal, config, greens_s));
-            let (rings, recorded) = match drive {
-                Drive::DualRing(config) => (free(config, &[]), None),
-                Drive::Retimed(config, greens_s) if existing.is_none() => {
-                    (free(config, greens_s), None)
-                }
+            let free = |config, greens_s: &[f64]| {
+                Some(DualRing::new(&self.scene, info, signal, config, greens_s))
+            };
+            let mut recorded = None;
+            let mut rings = match drive {
+                Drive::DualRing(config) => free(config, &[]),
+                Drive::Retimed(config, greens_s) if existing.is_none() => free(config, greens_s),
                 Drive::CoordinatedRings(config, stages) => {
                     let told = (config, stages);
                     let rings = DualRing::coordinated(&self.scene, info, signal, told, self.time_s);
-                    let cycle = || cycle_of(stages, &signal.timing);
-                    let cycle = rings.is_none().then(cycle);
-                    (rings, cycle.map(|cycle| Drive::Recorded(cycle, stages.offset_s.into())))
+                    if rings.is_none() {
+                        let cycle = cycle_of(stages, &signal.timing);
+                        recorded = Some(Drive::Recorded(cycle, stages.offset_s.into()));
+                    }
+                    rings
                 }
-                _ => (None, None),
+                _ => None,
             };
             let drive = recorded.as_ref().unwrap_or(drive);
             let offset_s = if let Drive::Recorded(_, offset_s) = drive { *offset_s } else { 0.0 };
@@ -386,12 +388,10 @@ impl<S: Sim> SignalEnv<S> {
                 }
                 None => self.sim.select(i, &info.active_program)?,
             }
-            let rings = match existing.filter(|_| installed.is_none()) {
-                Some(plan) => {
-                    Some(DualRing::existing(&self.scene, info, signal, &plan).map_err(failed)?)
-                }
-                None => rings,
-            };
+            if let Some(plan) = existing.filter(|_| installed.is_none()) {
+                let own = DualRing::existing(&self.scene, info, signal, &plan).map_err(failed)?;
+                rings = Some(own);
+            }
             if let Some(cabinet) = &self.cabinets[i] {
                 self.shown[i].clone_from(&cabinet.table.program.phases[0].state);
             }
@@ -625,7 +625,7 @@ impl<S: Sim> SignalEnv<S> {
         let mut people = PedestrianTotals::default();
         for (info, of_signal) in self.scene.signals.iter().zip(&mut self.pedestrians) {
             let own = of_signal.iter_mut().flat_map(|own| own.finish(self.time_s));
-            for (edge, own) in approach_edges(&self.scene, info).into_iter().zip(own) {
+            for ((edge, _), own) in approach_edges(&self.scene, info).into_iter().zip(own) {
                 people.add(own);
                 if let Some(by_movement) = &mut self.by_movement {
                     by_movement.cross(&info.id, edge, own);

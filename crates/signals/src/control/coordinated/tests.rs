@@ -1,6 +1,5 @@
 //! What `coordinated` finds on a street of three signals.
 
-use super::super::streets::Street;
 use super::super::testing::two_phase_signal;
 use super::super::{EpisodeOutcome, LaneSpec, Onward};
 use super::*;
@@ -34,27 +33,13 @@ fn street() -> Vec<SignalSpec> {
 }
 
 #[test]
-fn a_street_is_followed_in_both_directions() {
-    let streets = streets(&street());
-    let stops = |street: &Street| -> Vec<(usize, usize, f64)> {
-        street.iter().map(|s| (s.signal, s.movement, s.after_s)).collect()
-    };
-    assert_eq!(streets.len(), 2);
-    assert_eq!(stops(&streets[0]), [(0, 0, 0.0), (1, 0, 20.0), (2, 0, 50.0)]);
-    assert_eq!(stops(&streets[1]), [(2, 2, 0.0), (1, 2, 30.0), (0, 2, 50.0)]);
-}
-
-#[test]
 fn offsets_along_a_street_are_its_travel_times_whatever_phase_comes_first() {
     let signals = street();
     let streets = streets(&signals);
     let coordinated = Coordinated {
-        config: Config::default(),
-        weights: vec![1.0; streets.len()],
         signals,
-        streets,
-        plans: None,
-        used: 0,
+        streets: streets.into_iter().map(|street| (0.0, street)).collect(),
+        ..Coordinated::default()
     };
     let plan = |phases: [usize; 2]| {
         let (phases, greens_s) = (phases.to_vec(), vec![27.0, 27.0]);
@@ -62,7 +47,7 @@ fn offsets_along_a_street_are_its_travel_times_whatever_phase_comes_first() {
     };
     let offsets = |first: usize| -> Vec<u32> {
         let plans = vec![plan([0, 1]), plan([1, 0]), plan([0, 1])];
-        let plans = coordinated.progression(plans, first, &[0, 1]);
+        let plans = coordinated.progression(plans, &coordinated.streets[first].1);
         plans.iter().flatten().map(|plan| plan.offset_s).collect()
     };
     // The street's green of the second signal begins 30 s after its first one.

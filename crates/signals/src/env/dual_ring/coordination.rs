@@ -117,31 +117,17 @@ fn served(stages: &RingStages, phase: &Phase, plan: &Plan, links: &Links) -> Opt
 #[cfg(test)]
 mod tests {
     use super::super::DualRing;
-    use super::super::testing::{GREENS, cross, greens, seen, settings, tee, timing};
+    use super::super::testing::{GREENS, cross, greens, numbers, seen, settings, tee, timing};
     use super::*;
-    use crate::control::dual_ring::{Config, Recall};
+    use crate::control::coordinated;
 
-    fn config() -> Config {
-        Config {
-            max_green_s: 600,
-            left_max_green_s: 600,
-            recall: Recall::None,
-            ..Config::default()
-        }
-    }
-
-    fn coordinated(links: &Links, greens: &[(&str, u32)], street: usize) -> Option<Plan> {
+    fn within(links: &Links, greens: &[(&str, u32)], street: usize) -> Option<Plan> {
         let timing = timing(links, &settings());
-        let plan = Plan::new(links, &links.states, &timing, &config());
+        let config = coordinated::rings(&coordinated::Config::default());
+        let plan = Plan::new(links, &links.states, &timing, &config);
         let greens = greens.iter().map(|(state, s)| ProgramPhase::fixed(*state, f64::from(*s)));
         let stages = RingStages { greens: greens.collect(), coordinated: street, offset_s: 10 };
         coordinate(&stages, plan, links, &timing, 0)
-    }
-
-    /// Numbers of the phases per side and ring.
-    fn order(plan: &Plan) -> Vec<[Vec<u32>; 2]> {
-        let of = |ring: &Vec<usize>| ring.iter().map(|p| plan.phases[*p].number).collect();
-        plan.sides.iter().map(|side| [of(&side[0]), of(&side[1])]).collect()
     }
 
     fn by_number<T: Copy>(plan: &Plan, of: &[T], number: u32) -> T {
@@ -154,8 +140,8 @@ mod tests {
 
     #[test]
     fn phases_end_when_the_stages_do_and_left_turns_lag_where_those_do() {
-        let plan = coordinated(&cross(), &LAGGING, 0).unwrap();
-        assert_eq!(order(&plan), [[vec![2, 1], vec![6, 5]], [vec![4, 3], vec![8, 7]]]);
+        let plan = within(&cross(), &LAGGING, 0).unwrap();
+        assert_eq!(numbers(&plan), "2 1|6 5, 4 3|8 7");
         let cycle = plan.coordination.as_ref().unwrap();
         assert_eq!(cycle.cycle_s, 30 + 8 + 20 + 6 + 4 * 4);
         let ends = [2, 6, 1, 5, 4, 8, 3, 7].map(|n| by_number(&plan, &cycle.ends_s, n));
@@ -169,7 +155,7 @@ mod tests {
 
     #[test]
     fn a_left_turn_without_a_stage_yields_and_is_never_called() {
-        let plan = coordinated(&cross(), &[(GREENS[0], 40), (GREENS[2], 32)], 0).unwrap();
+        let plan = within(&cross(), &[(GREENS[0], 40), (GREENS[2], 32)], 0).unwrap();
         let cycle = plan.coordination.as_ref().unwrap();
         assert_eq!([1, 2].map(|n| by_number(&plan, &cycle.splits_s, n)), [None, Some(44)]);
         let links = cross();
@@ -183,8 +169,7 @@ mod tests {
     #[test]
     fn stages_that_two_rings_cannot_follow_are_refused() {
         let [through, left, side, side_left] = LAGGING;
-        let refused =
-            |greens: &[(&str, u32)], street| coordinated(&cross(), greens, street).is_none();
+        let refused = |greens: &[(&str, u32)], street| within(&cross(), greens, street).is_none();
         assert!(refused(&[through, side, through, side_left], 0), "phase 2 has two rows of stages");
         assert!(
             refused(&[through, side, left, side_left], 0),
@@ -197,14 +182,14 @@ mod tests {
     #[test]
     fn a_phase_of_several_stages_ends_with_the_last_of_them() {
         let greens = [("GgrrGG", 30), ("GGGrrr", 9), ("rrGGGr", 12)];
-        let plan = coordinated(&tee(), &greens, 0).unwrap();
-        assert_eq!(order(&plan), [[vec![2], vec![6, 5]], [vec![4], vec![]]]);
+        let plan = within(&tee(), &greens, 0).unwrap();
+        assert_eq!(numbers(&plan), "2|6 5, 4|");
         let cycle = plan.coordination.as_ref().unwrap();
         assert_eq!([6, 2, 5, 4].map(|n| by_number(&plan, &cycle.ends_s, n)), [0, 13, 13, 29]);
         let splits = [6, 5, 2, 4].map(|n| by_number(&plan, &cycle.splits_s, n));
         assert_eq!(splits, [34, 13, 47, 16].map(Some));
         // Where phase 2 is coordinated and 5 ends with it, 5 may be green until the end of the cycle.
-        let plan = coordinated(&tee(), &greens, 1).unwrap();
+        let plan = within(&tee(), &greens, 1).unwrap();
         let cycle = plan.coordination.as_ref().unwrap();
         let ends = [2, 5, 6, 4].map(|n| by_number(&plan, &cycle.ends_s, n));
         assert_eq!((ends, cycle.cycle_s), ([0, 63, 50, 16], 63));
@@ -213,7 +198,7 @@ mod tests {
     #[test]
     fn coordinated_phases_end_at_their_yield_point_and_others_by_a_gap_or_their_force_off() {
         let links = cross();
-        let plan = coordinated(&links, &LAGGING, 0).unwrap();
+        let plan = within(&links, &LAGGING, 0).unwrap();
         let mut rings = DualRing::of(links.clone(), plan, timing(&links, &settings()));
         // The side street always has vehicles, its left turns none; those of the main street come late.
         let on = |number: u32, second: u32| match number {

@@ -24,6 +24,10 @@ use crate::timing::{Change, Timing, WALK_S, beside, nearest_s};
 /// The plan on the links of a signal.
 struct Wired<'a> {
     plan: &'a ExistingPlan,
+    signal: &'a SignalInfo,
+    /// When each phase is green if each lasts its split, and the cycle, seconds.
+    timed: Vec<Timed>,
+    cycle_s: u32,
     /// The links, of which the plan is the witness.
     links: Links,
     /// Per phase its links with the right of way.
@@ -33,7 +37,7 @@ struct Wired<'a> {
 }
 
 impl<'a> Wired<'a> {
-    fn new(plan: &'a ExistingPlan, scene: &Scene, signal: &SignalInfo) -> Result<Self, String> {
+    fn new(plan: &'a ExistingPlan, scene: &Scene, signal: &'a SignalInfo) -> Result<Self, String> {
         let links = Links::new(scene, signal, Vec::new());
         let of = |names: &[String]| {
             let ways = || names.iter().filter_map(|name| plan.ways.get(name)).flatten();
@@ -48,7 +52,8 @@ impl<'a> Wired<'a> {
         let protected: Vec<Set> = plan.phases.iter().map(|p| of(&p.movements)).collect();
         let yields = |(p, own): (&PlanPhase, &Set)| links.set(of(&p.yielding).difference(own));
         let yielding = plan.phases.iter().zip(&protected).map(yields).collect();
-        let mut wired = Self { plan, links, protected, yielding };
+        let (timed, cycle_s) = schedule(plan);
+        let mut wired = Self { plan, signal, timed, cycle_s, links, protected, yielding };
         let is_left_out = |link: &usize| {
             let mut phases = wired.protected.iter().chain(&wired.yielding);
             wired.links.cars[*link].is_some() && !phases.any(|links| links.contains(*link))
@@ -59,16 +64,15 @@ impl<'a> Wired<'a> {
                 "its existing plan has no phase for link {link}, from lane {lane}"
             ));
         }
-        let meet = |a: usize, b: usize| signal.may_meet(a, b);
         let alone = (0..plan.phases.len()).map(|phase| vec![phase]);
         let greens = plan.pairs().into_iter().chain(alone);
-        let states = greens.map(|phases| wired.state(&phases, &meet)).collect();
+        let states = greens.map(|phases| wired.state(&phases)).collect();
         wired.links = Links::new(scene, signal, states);
         Ok(wired)
     }
 
     /// Returns what is shown while some phases are green.
-    fn state(&self, phases: &[usize], meet: &dyn Fn(usize, usize) -> bool) -> String {
+    fn state(&self, phases: &[usize]) -> String {
         let has = |of: &[Set], link: usize| phases.iter().any(|p| of[*p].contains(link));
         let approach = |link: usize| self.links.cars[link].as_ref().map(|car| car.approach);
         let is_right = |link: usize| self.links.turn(link) == Some(Turn::Right);
@@ -77,7 +81,7 @@ impl<'a> Wired<'a> {
                 has(&self.protected, other)
                     && !is_right(other)
                     && approach(other) != approach(link)
-                    && meet(link, other)
+                    && self.signal.may_meet(link, other)
             };
             let is_met = || (0..self.links.cars.len()).any(met);
             match (has(&self.protected, link), has(&self.yielding, link)) {
@@ -96,10 +100,9 @@ impl<'a> Wired<'a> {
         Plan {
             phases,
             sides: self.plan.sides(),
-            overlaps: Vec::new(),
-            stages: false,
             is_existing: true,
             coordination: self.coordination(),
+            ..Plan::default()
         }
     }
 
@@ -107,7 +110,7 @@ impl<'a> Wired<'a> {
         let phase = &self.plan.phases[index];
         let change = match self.plan.control {
             Control::Actuated => Change::nearest(phase.change_s()),
-            Control::Pretimed | Control::Coordinated => schedule(self.plan).0[index].change,
+            Control::Pretimed | Control::Coordinated => self.timed[index].change,
         };
         let crossings = self.crossings(index, timing);
         let everybody = timing.crossings() > 0 && timing.recalls_pedestrians();
@@ -126,12 +129,12 @@ impl<'a> Wired<'a> {
             crossings,
             min_s,
             max_s: nearest_s(phase.max_green_s).max(min_s),
-            limit_s: None,
             change,
             passage_s: nearest_s(phase.passage_s),
             recall: is_recalled || self.is_coordinated(index),
             is_full: phase.recall == Recall::Max,
             enters: phase.dual_entry,
+            ..Phase::default()
         }
     }
 
@@ -176,10 +179,7 @@ impl<'a> Wired<'a> {
             };
             let is_of_others = !has(&self.protected[index]) && self.protected.iter().any(has)
                 || !goes_on(&own) && self.protected.iter().any(goes_on);
-            let is_right = links.is_lane_for(lane, Turn::Right);
-            let served_by = if is_right { of_lane.clone() } else { Vec::new() };
-            let config = Config::default();
-            (!is_of_others).then(|| Detector::new(links, lane, &config, true, served_by))
+            (!is_of_others).then(|| Detector::new(links, lane, &Config::default()))
         };
         links.lanes(own.ones()).into_iter().filter_map(detector).collect()
     }
@@ -188,7 +188,7 @@ impl<'a> Wired<'a> {
         if self.plan.control != Control::Coordinated {
             return None;
         }
-        let (timed, cycle_s) = schedule(self.plan);
+        let (timed, cycle_s) = (&self.timed, self.cycle_s);
         let greens_s = timed.iter().map(|t| Some([t.begin_s, t.begin_s + t.green_s]));
         let holds = (0..timed.len()).map(|phase| self.is_coordinated(phase)).collect();
         let (first, cycle) = Coordination::new(cycle_s, &greens_s.collect::<Vec<_>>(), holds)?;
@@ -201,15 +201,10 @@ impl<'a> Wired<'a> {
     }
 
     /// Returns the plan as a cycle of states.
-    ///
-    /// # Arguments
-    ///
-    /// * `meet` — whether the paths of two links meet.
-    fn cycle(&self, meet: &dyn Fn(usize, usize) -> bool) -> Vec<ProgramPhase> {
-        let (timed, cycle_s) = schedule(self.plan);
+    fn cycle(&self) -> Vec<ProgramPhase> {
         let mut shown: Vec<ProgramPhase> = Vec::new();
-        for second in 0..cycle_s {
-            let state = self.at(second, cycle_s, &timed, meet);
+        for second in 0..self.cycle_s {
+            let state = self.at(second);
             match shown.last_mut().filter(|last| last.state == state) {
                 Some(last) => *last = ProgramPhase::fixed(state, last.duration_s + 1.0),
                 None => shown.push(ProgramPhase::fixed(state, 1.0)),
@@ -219,13 +214,8 @@ impl<'a> Wired<'a> {
     }
 
     /// Returns what a fixed cycle shows in a second.
-    fn at(
-        &self,
-        second: u32,
-        cycle_s: u32,
-        timed: &[Timed],
-        meet: &dyn Fn(usize, usize) -> bool,
-    ) -> String {
+    fn at(&self, second: u32) -> String {
+        let (timed, cycle_s) = (&self.timed, self.cycle_s);
         let since = |p: usize| (second + cycle_s - timed[p].begin_s % cycle_s) % cycle_s;
         let all = || 0..timed.len();
         let lasts_s = |p: usize| timed[p].split_s();
@@ -239,7 +229,7 @@ impl<'a> Wired<'a> {
             all().filter(follows)
         };
         let changing = || all().filter(|p| (timed[*p].green_s..lasts_s(*p)).contains(&since(*p)));
-        let mut letters = self.state(&green, meet).into_bytes();
+        let mut letters = self.state(&green).into_bytes();
         for (link, letter) in letters.iter_mut().enumerate() {
             let ending: Vec<usize> = changing().filter(|p| self.all(*p).contains(link)).collect();
             if *letter != b'r' || ending.is_empty() {
@@ -287,7 +277,7 @@ pub fn fixed_cycle(
     scene: &Scene,
     signal: &SignalInfo,
 ) -> Result<Vec<ProgramPhase>, String> {
-    Ok(Wired::new(plan, scene, signal)?.cycle(&|a, b| signal.may_meet(a, b)))
+    Ok(Wired::new(plan, scene, signal)?.cycle())
 }
 
 #[cfg(test)]

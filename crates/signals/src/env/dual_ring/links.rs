@@ -11,10 +11,10 @@ use std::collections::BTreeSet;
 
 use osm_signals::Turn;
 
+use crate::env::derive::{approach_edges, approach_of};
 use crate::env::movements::turn_of;
 use crate::junction::Set;
 use crate::junction::conflicts::matrix;
-use crate::sim::topology::edge;
 use crate::sim::{Direction, Scene, SignalInfo};
 
 /// What a link index steers for cars.
@@ -56,21 +56,14 @@ pub(super) struct Links {
 impl Links {
     /// Returns the links of a signal; `states` are greens of its programs.
     pub(super) fn new(scene: &Scene, signal: &SignalInfo, states: Vec<String>) -> Self {
-        let mut edges: Vec<&str> = Vec::new();
-        let mut headings = Vec::new();
+        let edges = approach_edges(scene, signal);
         let mut mixed = false;
         let mut cars = Vec::new();
         let rank = |turn| [Turn::Right, Turn::Left, Turn::Through].iter().position(|t| *t == turn);
         for links in &signal.links {
             let mut car: Option<Car> = None;
             for link in links {
-                let lane = &scene.lanes[link.from_lane];
-                let known = edges.iter().position(|e| *e == edge(&lane.id));
-                let approach = known.unwrap_or_else(|| {
-                    edges.push(edge(&lane.id));
-                    headings.push(lane.heading_deg);
-                    edges.len() - 1
-                });
+                let approach = approach_of(&edges, &scene.lanes[link.from_lane]);
                 // A U-turn beside another turn does not decide what the link is.
                 let turn = turn_of(link.direction);
                 let decides = link.direction != Direction::Turn;
@@ -87,6 +80,7 @@ impl Links {
             }
             cars.push(car);
         }
+        let headings = edges.iter().map(|(_, lane)| lane.heading_deg).collect();
         Self::of(cars, headings, mixed, states, &|a, b| signal.may_meet(a, b))
     }
 
@@ -130,9 +124,8 @@ impl Links {
             cars,
             headings,
             mixed,
-            has_inner: false,
-            arrows_only: false,
             states,
+            ..Self::default()
         }
     }
 

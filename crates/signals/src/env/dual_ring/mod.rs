@@ -185,14 +185,12 @@ impl DualRing {
     /// the coordinated phases.
     fn of(links: Links, plan: Plan, timing: Timing) -> Self {
         let count = links.cars.len();
-        let holds = |phase: &&usize| plan.holds(**phase);
-        let has_held = |side: &Side| side.iter().flatten().any(|p| holds(&p));
+        let holds = |phase: usize| plan.holds(phase);
+        let has_held = |side: &Side| side.iter().flatten().any(|p| holds(*p));
         let side = plan.sides.iter().position(has_held).unwrap_or_default();
-        let stages = plan.sides[side].each_ref().map(|ring| {
-            let enters = |p: &&usize| plan.phases[**p].enters;
-            let first = ring.iter().find(holds).or_else(|| ring.iter().find(enters));
-            Stage::begin(first.or(ring.last()).copied())
-        });
+        let stages = plan.sides[side].each_ref();
+        let stages =
+            stages.map(|ring| Stage::begin(first(&plan, ring, &holds).or(ring.last().copied())));
         let mut rings = Self {
             clock_s: plan.coordination.as_ref().map_or(0, |c| c.begins_s),
             waits_s: vec![0; plan.phases.len()],
@@ -552,11 +550,9 @@ impl DualRing {
             return false;
         }
         let nexts = self.plan.sides[side].each_ref().map(|order| {
-            let called = |p: &&usize| self.is_called(**p, seen) && self.fits(**p);
-            let enters = |p: &&usize| self.plan.phases[**p].enters;
-            let found = order.iter().find(called).or_else(|| order.iter().find(enters));
+            let first = first(&self.plan, order, &|p| self.is_called(p, seen) && self.fits(p));
             // In a cabinet a ring without a call and without dual entry stays red.
-            found.or(order.last().filter(|_| !self.plan.is_existing)).copied()
+            first.or(order.last().copied().filter(|_| !self.plan.is_existing))
         });
         let goes_on: Vec<usize> =
             nexts.into_iter().flatten().filter(|_| side != self.side).collect();
@@ -704,34 +700,30 @@ impl DualRing {
     /// Returns the links that are green now and stay so with what the rings do.
     fn staying(&self) -> Set {
         let (now, coming) = self.claimed();
-        let mut stay = &now & &self.green;
-        for &link in self.plan.overlaps.iter().filter(|link| self.green.contains(**link)) {
-            if self.is_free(link, &[&now, &coming]) && self.links.fits(link, &stay) {
-                stay.insert(link);
-            }
-        }
-        stay
+        let is_green = |link: &&usize| self.green.contains(**link);
+        self.with_overlaps(&now & &self.green, &[&now, &coming], &is_green)
     }
 
-    /// Whether a link may be green beside others, and none of them would yield to it.
-    fn is_free(&self, link: usize, sets: &[&Set]) -> bool {
-        sets.iter().all(|others| {
-            self.links.fits(link, others)
-                && !others.ones().any(|o| self.links.yields[o].contains(link))
-        })
+    /// Returns links with the overlaps that may be green beside them and others, none of which would yield to them.
+    fn with_overlaps(&self, mut green: Set, others: &[&Set], may: &dyn Fn(&&usize) -> bool) -> Set {
+        for &link in self.plan.overlaps.iter().filter(may) {
+            let is_free = |others: &&Set| {
+                self.links.fits(link, others)
+                    && !others.ones().any(|o| self.links.yields[o].contains(link))
+            };
+            if others.iter().all(is_free) && self.links.fits(link, &green) {
+                green.insert(link);
+            }
+        }
+        green
     }
 
     /// Turns green what is to be.
     fn light(&mut self) {
         let ((now, coming), clearing) = (self.claimed(), self.clearing());
-        let mut green = self.staying();
-        green.union_with(&now);
-        for &link in self.plan.overlaps.iter().filter(|link| !clearing.contains(**link)) {
-            if self.is_free(link, &[&now, &coming, &clearing]) && self.links.fits(link, &green) {
-                green.insert(link);
-            }
-        }
-        self.green = green;
+        let is_clear = |link: &&usize| !clearing.contains(**link);
+        let others = [&now, &coming, &clearing];
+        self.green = self.with_overlaps(&self.staying() | &now, &others, &is_clear);
     }
 
     fn state(&self) -> String {
@@ -739,6 +731,12 @@ impl DualRing {
         let letter = |(c, yellow_s): (char, &u32)| if c == 'r' && *yellow_s > 0 { 'y' } else { c };
         letters.chars().zip(&self.yellow_s).map(letter).collect()
     }
+}
+
+/// Returns the first phase of a ring that is one, else the first that is green beside the other ring.
+fn first(plan: &Plan, ring: &[usize], is: &dyn Fn(usize) -> bool) -> Option<usize> {
+    let mut phases = ring.iter().copied();
+    phases.find(|p| is(*p)).or_else(|| ring.iter().copied().find(|p| plan.phases[*p].enters))
 }
 
 /// Returns the states of a cycle of stages, the changes between them included, with their durations, seconds.

@@ -49,20 +49,15 @@ pub(super) struct Detector {
 }
 
 impl Detector {
-    pub(super) fn new(
-        links: &Links,
-        lane: usize,
-        config: &Config,
-        calls: bool,
-        served_by: Vec<usize>,
-    ) -> Self {
-        let is_left = links.is_lane_for(lane, Turn::Left);
-        let reach_m = if is_left { config.left_detector_m } else { config.detector_m };
-        Self { lane, reach_m, calls, served_by }
+    pub(super) fn new(links: &Links, lane: usize, config: &Config) -> Self {
+        let is_for = |turn| links.is_lane_for(lane, turn);
+        let reach_m = if is_for(Turn::Left) { config.left_detector_m } else { config.detector_m };
+        let served_by = if is_for(Turn::Right) { links.on_lane(lane) } else { Vec::new() };
+        Self { lane, reach_m, calls: true, served_by }
     }
 }
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Phase {
     pub(super) number: u32,
     pub(super) serves: &'static str,
@@ -248,11 +243,8 @@ impl Builder<'_> {
 
     /// Whether the phases of a street are served in every cycle.
     fn recalls(&self, is_main: bool) -> bool {
-        match self.config.recall {
-            Recall::None => false,
-            Recall::Main => is_main,
-            Recall::All => true,
-        }
+        let recall = self.config.recall;
+        recall == Recall::All || is_main && recall == Recall::Main
     }
 
     /// Returns per crosswalk the approach whose through phase it belongs to; none where it is closed.
@@ -300,15 +292,13 @@ impl Builder<'_> {
             serves,
             change: change.unwrap_or_default(),
             links,
-            detectors: Vec::new(),
             crossings,
             min_s,
             max_s: within(self.config.max_green_s, limit_s, min_s.max(walk_s)),
             limit_s,
             passage_s: self.config.passage_s,
-            recall: false,
-            is_full: false,
             enters: true,
+            ..Phase::default()
         }
     }
 
@@ -351,7 +341,7 @@ impl Builder<'_> {
             let own_lanes = links.lanes(own.ones()).into_iter();
             let detectors = own_lanes
                 .filter(|lane| links.is_lane_for(*lane, Turn::Left))
-                .map(|lane| Detector::new(links, lane, self.config, true, Vec::new()))
+                .map(|lane| Detector::new(links, lane, self.config))
                 .collect();
             let state = links.plain(&own);
             let phase = self.phase(numbers[2 * ring], "left", own, &state, Vec::new());
@@ -398,9 +388,7 @@ impl Builder<'_> {
             let of_lane = links.on_lane(lane);
             let is_other = own_lefts && links.is_lane_for(lane, Turn::Left);
             let is_served = !is_other && of_lane.iter().any(|l| served.contains(*l));
-            let is_right = links.is_lane_for(lane, Turn::Right);
-            let served_by = if is_right { of_lane } else { Vec::new() };
-            is_served.then(|| Detector::new(links, lane, self.config, true, served_by))
+            is_served.then(|| Detector::new(links, lane, self.config))
         };
         links.lanes(links.of_approach(approach)).into_iter().filter_map(detector).collect()
     }
@@ -416,9 +404,10 @@ impl Builder<'_> {
             };
             let best = states.iter().map(value).max().filter(|best| *best > 0)?;
             let first = states.iter().position(|state| value(state) == best);
-            (value(&states[place]) == best).then(|| {
-                Detector::new(links, lane, self.config, first == Some(place), of_lane.clone())
-            })
+            let calls = first == Some(place);
+            let detector = Detector::new(links, lane, self.config);
+            let own = Detector { calls, served_by: of_lane.clone(), ..detector };
+            (value(&states[place]) == best).then_some(own)
         };
         links.lanes(0..links.cars.len()).into_iter().filter_map(detector).collect()
     }

@@ -3,7 +3,7 @@
 use osm_signals::Turn;
 
 use super::links::{Car, Links};
-use super::plan::Plan;
+use super::plan::{Phase, Plan};
 use super::{DualRing, Seen};
 use crate::control::dual_ring::Config;
 use crate::settings::SignalSettings;
@@ -144,3 +144,16 @@ pub(super) fn expected(states: &[(&str, usize)]) -> Vec<(String, usize)> {
 pub(super) const RED: &str = "rrrrrrrrrrrr";
 pub(super) const SIDE: &str = "rrrGGgrrrGGg";
 pub(super) const SIDE_ENDS: &str = "rrryyyrrryyy";
+
+/// The numbers of the phases: rings within sides.
+pub(super) fn numbers(plan: &Plan) -> String {
+    let ring = |ring: &Vec<usize>| {
+        ring.iter().map(|p| plan.phases[*p].number.to_string()).collect::<Vec<_>>().join(" ")
+    };
+    let side = |side: &[Vec<usize>; 2]| format!("{}|{}", ring(&side[0]), ring(&side[1]));
+    plan.sides.iter().map(side).collect::<Vec<_>>().join(", ")
+}
+
+pub(super) fn phase(plan: &Plan, number: u32) -> &Phase {
+    plan.phases.iter().find(|phase| phase.number == number).unwrap()
+}

@@ -6,8 +6,8 @@ use super::Seen;
 use super::links::Links;
 use super::plan::Plan;
 use super::testing::{
-    ARMS, GREENS, On, RED, SIDE, SIDE_ENDS, config, cross, expected, five, links, play, rings,
-    settings, tee, timing,
+    ARMS, GREENS, On, RED, SIDE, SIDE_ENDS, config, cross, expected, five, links, numbers, phase,
+    play, rings, settings, tee, timing,
 };
 use crate::control::dual_ring::{Config, Recall};
 use crate::settings::SignalSettings;
@@ -19,15 +19,6 @@ fn shown(vehicles: &[On], seconds: usize) -> Vec<(String, usize)> {
 const MAIN: &str = "GGgrrrGGgrrr";
 const MAIN_ENDS: &str = "yyyrrryyyrrr";
 
-/// The numbers of the phases: rings within sides.
-fn numbers(plan: &Plan) -> String {
-    let ring = |ring: &Vec<usize>| {
-        ring.iter().map(|p| plan.phases[*p].number.to_string()).collect::<Vec<_>>().join(" ")
-    };
-    let side = |side: &[Vec<usize>; 2]| format!("{}|{}", ring(&side[0]), ring(&side[1]));
-    plan.sides.iter().map(side).collect::<Vec<_>>().join(", ")
-}
-
 fn plan(links: &Links) -> Plan {
     Plan::new(links, &links.states, &timing(links, &settings()), &config())
 }
@@ -36,9 +27,7 @@ fn plan(links: &Links) -> Plan {
 fn four_arms_with_left_lanes_have_eight_phases_around_a_barrier() {
     let plan = plan(&cross());
     assert_eq!(numbers(&plan), "1 2|5 6, 3 4|7 8");
-    let links = |number| -> Vec<usize> {
-        plan.phases.iter().find(|p| p.number == number).unwrap().links.ones().collect()
-    };
+    let links = |number| phase(&plan, number).links.ones().collect::<Vec<_>>();
     // 2 comes from the north; its own left is 5, and 1 that of the south.
     assert_eq!((links(2), links(5), links(1)), (vec![0, 1, 2], vec![2], vec![8]));
     assert_eq!((links(4), links(7), links(3)), (vec![3, 4, 5], vec![5], vec![11]));
@@ -260,10 +249,9 @@ fn a_call_at_a_crosswalk_holds_the_through_phase_beside_it() {
         SignalSettings { pedestrians: true, pedestrian_calls_per_h: Some(10.0), ..settings() };
     let recalled = SignalSettings { pedestrian_calls_per_h: None, ..pressed.clone() };
     let phases = |settings: &SignalSettings| rings(&cross(), &config(), settings).plan.clone();
-    let phase =
-        |plan: &Plan, number| plan.phases.iter().find(|p| p.number == number).unwrap().clone();
     // 7 + 10 / 1.067 s. To the right of whoever comes from the north lies the west.
-    let north = phase(&phases(&pressed), 2);
+    let pressed_plan = phases(&pressed);
+    let north = phase(&pressed_plan, 2);
     assert_eq!((north.crossings.as_slice(), north.min_s), ([(3, 17)].as_slice(), 10));
     assert_eq!(phase(&phases(&recalled), 2).min_s, 17);
     assert_eq!(phase(&phases(&recalled), 1).min_s, 5);
@@ -290,7 +278,7 @@ fn a_phase_has_no_walk_for_a_crosswalk_that_is_closed() {
     // A program that serves the main street alone: the crosswalks of the north and the south are closed.
     timing.close_crosswalks_without(&[MAIN.to_owned()]);
     let plan = Plan::new(&cross(), &cross().states, &timing, &config());
-    let walks = |number| plan.phases.iter().find(|p| p.number == number).unwrap().crossings.len();
+    let walks = |number| phase(&plan, number).crossings.len();
     assert_eq!([2, 6, 4, 8].map(walks), [1, 1, 0, 0]);
 }
 
@@ -306,5 +294,5 @@ fn where_arrows_are_said_a_left_turn_without_one_has_no_phase() {
     protected.arrows_only = true;
     let plan = plan(&protected);
     assert_eq!(numbers(&plan), "2|5 6, 4|");
-    assert_eq!(plan.phases.iter().find(|p| p.number == 2).unwrap().links.count_ones(..), 1);
+    assert_eq!(phase(&plan, 2).links.count_ones(..), 1);
 }

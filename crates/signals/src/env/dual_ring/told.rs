@@ -1,7 +1,7 @@
 //! What is said of a signal in two rings: to cabinets, and in words.
 
 use super::DualRing;
-use super::plan::Phase;
+use super::plan::{Coordination, Phase};
 use crate::program::{ProgramKind, RingPhase, SignalProgram};
 use crate::timing::{Change, WALK_S};
 use crate::vocabulary::listed;
@@ -13,23 +13,26 @@ impl DualRing {
     ///
     /// * `names` — per link index the names of its movements.
     pub fn program(&self, signal: &str, names: &[Vec<String>]) -> SignalProgram {
-        let coordination = self.plan.coordination.as_ref();
-        let cycle = coordination.and_then(|cycle| Some((cycle.cycle_s, cycle.yields_s?)));
+        let cycle = self.cycle();
         let (stages, phases) = self.told.clone().unzip();
         let phases = phases.unwrap_or_default();
         SignalProgram {
             offset_s: cycle.map_or(0.0, |(_, yields_s)| f64::from(yields_s)),
-            cycle_s: cycle.map(|(cycle_s, _)| cycle_s),
+            cycle_s: cycle.map(|(cycle, _)| cycle.cycle_s),
             stages,
             rings: self.sheet(names),
             ..SignalProgram::new(signal, ProgramKind::DualRing, phases)
         }
     }
 
+    /// Returns the cycle, and when its coordinated phases may end; `None` of existing plans, which say themselves what it is.
+    fn cycle(&self) -> Option<(&Coordination, u32)> {
+        self.plan.coordination.as_ref().and_then(|cycle| Some((cycle, cycle.yields_s?)))
+    }
+
     fn sheet(&self, names: &[Vec<String>]) -> Vec<RingPhase> {
         let plan = &self.plan;
-        // An existing plan says itself what its cycle is.
-        let cycle = plan.coordination.as_ref().filter(|cycle| cycle.yields_s.is_some());
+        let cycle = self.cycle().map(|(cycle, _)| cycle);
         let is_called = |index: &&usize| cycle.is_none_or(|c| c.splits_s[**index].is_some());
         let phase = |index: usize, other_ring: &[usize], [barrier, ring, position]: [usize; 3]| {
             let phase = &plan.phases[index];
@@ -85,11 +88,11 @@ impl DualRing {
     /// Returns the phases in words, as records keep them.
     pub fn describe(&self) -> String {
         let plan = &self.plan;
-        let cycle = plan.coordination.as_ref().filter(|cycle| cycle.yields_s.is_some());
+        let cycle = self.cycle();
         let phase = |index: &usize| {
             let Phase { number, serves, min_s, max_s, passage_s, .. } = &plan.phases[*index];
             let Change { yellow_s, all_red_s } = plan.phases[*index].change;
-            let more = match cycle.map(|cycle| (cycle.splits_s[*index], cycle.holds[*index])) {
+            let more = match cycle.map(|(cycle, _)| (cycle.splits_s[*index], cycle.holds[*index])) {
                 Some((Some(split_s), true)) => format!(", split {split_s} s, coordinated"),
                 Some((Some(split_s), false)) => format!(", split {split_s} s"),
                 Some((None, _)) => ", never called".to_owned(),
@@ -115,8 +118,7 @@ impl DualRing {
             (false, true) => "existing plan",
             (false, false) => "two rings",
         };
-        let within = cycle.and_then(|cycle| Some((cycle.cycle_s, cycle.yields_s?)));
-        let within = within.map_or_else(String::new, |(cycle_s, yields_s)| {
+        let within = cycle.map_or_else(String::new, |(Coordination { cycle_s, .. }, yields_s)| {
             format!(" in a cycle of {cycle_s} s, coordinated phases may end at {yields_s} s")
         });
         format!("{kind}{within}: {}", sides.join(" | barrier | "))
