@@ -15,6 +15,7 @@ use crate::run::fault::TrialError;
 pub use crate::run::stop::STOPPED;
 use crate::sample::SampleError;
 use crate::store::error::StoreError;
+use crate::store::input_files::Changed;
 use crate::study::StudyError;
 use crate::traffic::city::CityError;
 use crate::traffic::error::TrafficError;
@@ -119,9 +120,10 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             TrafficError::Sim(e) => code(e),
             TrafficError::Run(e) => code(e),
             TrafficError::Io(e) => file(e),
-            TrafficError::Disturbed(_) => UNEXPECTED,
+            TrafficError::Changed(e) => code(e),
             _ => USAGE,
         }
+        Changed { Changed::Disturbed(_) => UNEXPECTED, Changed::Io(e) => file(e), _ => USAGE, }
         FamilyError { FamilyError::Io(e) => file(e), _ => USAGE, }
         NetworkError {
             NetworkError::NoNetconvert { .. } => NO_SUMO,

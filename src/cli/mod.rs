@@ -30,6 +30,7 @@ mod shell;
 mod signals;
 mod status;
 mod subject;
+mod train;
 mod values;
 mod work;
 mod worker;
@@ -79,6 +80,8 @@ pub enum Command {
     BuildNetworks(Box<build_networks::BuildNetworksArgs>),
     /// Evaluate controllers on a sample of a family
     Run(Box<run::RunArgs>),
+    /// Train one network on several point MDPs
+    Train(Box<train::TrainArgs>),
     /// Evaluate all models of a results directory on all its point MDPs
     Evaluate(Box<evaluate::EvaluateArgs>),
     /// Write the vehicles of a recorded episode for plain `sumo`
@@ -187,6 +190,7 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::List(args) => list::run(&args),
         Command::BuildNetworks(args) => build_networks::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Train(args) => train::run(*args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Routes(args) => routes::run(&args),
         Command::Signals(args) => signals::run(&args),
@@ -231,6 +235,7 @@ impl Command {
         let given = |args| Some(Cow::Borrowed(args));
         Ok(match self {
             Self::Run(args) => (given(&args.controllers), None),
+            Self::Train(args) => (given(&args.run.controllers), None),
             Self::Worker(args) => (given(&args.controllers), None),
             Self::Work(args) => (given(&args.controllers), None),
             Self::Evaluate(args) => (Some(Cow::Owned(args.controllers()?)), None),

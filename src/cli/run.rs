@@ -7,7 +7,7 @@ mod looks;
 pub(super) use arguments::RunArgs;
 
 use std::num::{NonZero, NonZeroU32};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 use std::time::Duration;
 
@@ -45,14 +45,23 @@ const MOST_WARNINGS: usize = 20;
 const ALL: &str = "all";
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
-    let subject = Subject::new(args)?;
+    run_on(args, &Subject::new(args)?)
+}
+
+/// Returns the results directory.
+pub(super) fn out_of(args: &RunArgs, subject: &Subject) -> PathBuf {
     let out = args.out.clone();
-    let out = out.unwrap_or_else(|| Path::new("results").join(&subject.problem.family().name));
-    let begun = Begun::find(args, &subject, &out)?;
+    out.unwrap_or_else(|| Path::new("results").join(&subject.problem.family().name))
+}
+
+/// Runs what the arguments ask for, on a subject.
+pub(super) fn run_on(args: &RunArgs, subject: &Subject) -> anyhow::Result<u8> {
+    let out = out_of(args, subject);
+    let begun = Begun::find(args, subject, &out)?;
     let mut methods = match &begun {
         Some(begun) if args.methods.is_empty() => begun.identity.methods.clone(),
-        Some(begun) => begun.with(methods(&args.methods, &subject)),
-        None => methods(&args.methods, &subject),
+        Some(begun) => begun.with(methods(&args.methods, subject)),
+        None => methods(&args.methods, subject),
     };
     args.controllers.check(subject.domain)?;
     let tuned = args.tune.iter().flat_map(|name| [name.clone(), format!("{name}{TUNED}")]);
@@ -66,7 +75,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     {
         return refuse(format!("--replace {name}: {} has no records of it", out.display()));
     }
-    let choice = choice(args, &subject, begun.as_ref())?;
+    let choice = choice(args, subject, begun.as_ref())?;
     // Those that a folder was given in a file stay.
     let kept = || there.filter(|t| args.eval_seeds.is_none() && t.base_seed == args.seed);
     let seeds = match &args.seeds {

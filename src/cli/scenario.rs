@@ -52,6 +52,11 @@ impl ScenarioArg {
             .collect()
     }
 
+    /// Has these settings replaced too, unless the command line says otherwise.
+    pub(super) fn begin_with(&mut self, settings: impl IntoIterator<Item = Override>) {
+        self.set.splice(0..0, settings);
+    }
+
     /// Returns the domain that reads the scenario; `None` for traffic signals.
     pub(super) fn entry(&self) -> Result<Option<&'static Entry>, FamilyError> {
         entry_of(&self.scenario)

@@ -5,7 +5,7 @@ use crate::made_up::{ended, manifest, write_results};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tsc_family::analysis::{Analysis, NoMeasures};
+use tsc_family::analysis::Analysis;
 use tsc_family::stats::{Bootstrap, PointObjectives, Resampling, bootstrap};
 use tsc_family::store::results::Results;
 
@@ -83,8 +83,8 @@ fn what_scores_are_divided_by_leaves_how_often_a_training_is_better_as_it_is() {
         })
     });
     let results = Results::load(&layout).unwrap();
-    let usual = Analysis::new(&results, &NoMeasures);
-    let against = Analysis::against(&results, "idqn", &NoMeasures).unwrap();
+    let usual = Analysis::new(&results, &());
+    let against = Analysis::against(&results, "idqn", &()).unwrap();
     let of = |data: &Analysis| {
         let names: Vec<&str> = data.methods.iter().map(|m| m.method.as_str()).collect();
         assert_eq!(names, ["idqn", "fixed-time", "baseline"]);

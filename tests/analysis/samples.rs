@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::dropped::{delays, growing};
 use crate::made_up::{SEEDS, ended, equal_points, evaluations, manifest, write_results};
-use tsc_family::analysis::{Analysis, NoMeasures};
+use tsc_family::analysis::Analysis;
 use tsc_family::sample::{Sampling, Until};
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Manifest, Task};
@@ -49,7 +49,7 @@ fn steady(delay_s: f64, learns: bool) -> TaskResult {
 }
 
 fn analysed(layout: &Layout) -> Analysis {
-    Analysis::new(&Results::load(layout).unwrap(), &NoMeasures)
+    Analysis::new(&Results::load(layout).unwrap(), &())
 }
 
 #[test]

@@ -13,6 +13,7 @@ fn the_help_of_every_command_stays_as_it_is() {
         ("help_list", "list --help"),
         ("help_build_networks", "build-networks --help"),
         ("help_run", "run --help"),
+        ("help_train", "train --help"),
         ("help_evaluate", "evaluate --help"),
         ("help_routes", "routes --help"),
         ("help_signals", "signals --help"),

@@ -81,31 +81,37 @@ fn planned(folder: &Folder, from: &str, to: &str) {
     folder.write(&format!("{to}/manifest.json"), &folder.read(&format!("{from}/manifest.json")));
 }
 
-#[test]
-fn a_killed_training_continues_to_the_same_record_and_model() {
-    let folder = city(POINTS, 16);
-    folder.run("run city.toml --methods idqn --eval-seeds 2 --quiet --out whole");
-    planned(&folder, "whole", "killed");
-    let worker = "worker killed --task 1 --checkpoint-every-s 0";
+const WORKER: &str = "worker killed --task 1 --checkpoint-every-s 0";
+const CHECKPOINT: &str = "killed/ckpt/000/1.safetensors";
+
+/// Begins a task and kills it after its first checkpoint.
+fn killed(folder: &Folder) {
     let mut child = program(folder.path())
-        .args(worker.split_whitespace())
+        .args(WORKER.split_whitespace())
         .stdout(Stdio::null())
         .spawn()
         .unwrap();
-    let checkpoint = "killed/ckpt/000/1.safetensors";
     let start = Instant::now();
-    while !folder.has(checkpoint) {
+    while !folder.has(CHECKPOINT) {
         assert!(start.elapsed() < Duration::from_secs(60), "no checkpoint in a minute");
         sleep(Duration::from_millis(1));
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    assert!(folder.has(checkpoint) && !folder.has("killed/done/000/1.jsonl"));
-    assert!(folder.says(0, worker).contains("training continues after episode "));
+    assert!(folder.has(CHECKPOINT) && !folder.has("killed/done/000/1.jsonl"));
+}
+
+#[test]
+fn a_killed_training_continues_to_the_same_record_and_model() {
+    let folder = city(POINTS, 16);
+    folder.run("run city.toml --methods idqn --eval-seeds 2 --quiet --out whole");
+    planned(&folder, "whole", "killed");
+    killed(&folder);
+    assert!(folder.says(0, WORKER).contains("training continues after episode "));
     assert_eq!(folder.record("killed", 1), folder.record("whole", 1));
     let model = |out: &str| fs::read(folder.join(out).join("models/000/1.safetensors")).unwrap();
     assert!(model("killed") == model("whole"), "the models differ");
-    assert!(!folder.has(checkpoint));
+    assert!(!folder.has(CHECKPOINT));
     // A model is no checkpoint: it is named, and costs only time.
     planned(&folder, "whole", "other");
     fs::create_dir_all(folder.join("other/ckpt/000")).unwrap();
@@ -113,4 +119,33 @@ fn a_killed_training_continues_to_the_same_record_and_model() {
     let said = folder.says(0, "worker other --task 1");
     assert!(said.contains("1.safetensors is not used: it is not a checkpoint"), "{said}");
     assert_eq!(folder.record("other", 1), folder.record("whole", 1));
+}
+
+#[test]
+fn one_training_on_several_point_mdps_is_a_run_that_goes_on_where_it_was_killed() {
+    let folder = city(&format!("{POINTS}{WIDE}third,1,4,30,200,300,0,0\n"), 9);
+    let settings = "--set training.validation_start=4 --set training.validation_interval=4";
+    let train =
+        format!("train city.toml --on 2 --others 1 --trainings 2 --eval-seeds 1 {settings}");
+    let said = folder.says(0, &format!("{train} --out whole"));
+    assert!(said.contains("best training of mplight: replicate "), "{said}");
+    let rows = folder.record("whole", 1);
+    let number = |row: &Value| row["metrics"]["member"].as_f64();
+    let members: Vec<f64> = rows.iter().filter_map(number).collect();
+    assert!(members.len() == 9 && members.contains(&1.0) && members.contains(&2.0), "{members:?}");
+    planned(&folder, "whole", "killed");
+    killed(&folder);
+    assert!(folder.says(0, WORKER).contains("training continues after episode "));
+    assert_eq!(folder.record("killed", 1), rows);
+    let model = |path: &str| fs::read(folder.join(path)).unwrap();
+    assert!(model("killed/models/000/1.safetensors") == model("whole/models/000/1.safetensors"));
+    folder.run(
+        "run city.toml --methods baseline --model shared=whole/mplight.safetensors --eval-seeds 1 -q --out on-all",
+    );
+    assert_eq!(folder.records("on-all").len(), 6, "it serves signals of every layout");
+    folder.refuses(&[
+        (&format!("{train} --methods idqn"), "only mplight and mplight-star learn on several"),
+        (&format!("{train} --episodes 1"), "1 training episodes visit 1 of 2 point MDPs"),
+        (&format!("{train} --budget 2"), "--budget has no effect: --on and --others say"),
+    ]);
 }

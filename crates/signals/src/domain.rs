@@ -1,6 +1,7 @@
 //! Traffic signals as a domain of evaluation.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
@@ -28,7 +29,9 @@ use evaluation::run::domain::{Domain, EffortOf, Objective, Site, Spoilt, Trial};
 use evaluation::run::fault::TrialError;
 use evaluation::run::method::{Method, Training, find};
 use evaluation::run::model::SavedModel;
+use evaluation::run::together::{TOGETHER, Together};
 use evaluation::stats::{Direction, Limit};
+use evaluation::store::input_files::InputFiles;
 use evaluation::store::manifest::PointRow;
 use evaluation::store::own::OwnMethod;
 
@@ -158,16 +161,31 @@ impl Domain for Traffic {
     ) -> Result<Box<dyn Trial>, TrialError> {
         let scenario = scenario_of(site.settings).map_err(|e| TrialError::Input(e.into()))?;
         let own = method == program::METHOD.name;
-        let (world, mut held) = planned_world(site.point, site.prepared, own, method)?;
-        let (sim, imported) = (SumoSim::new()?, site.point.environment != GENERATED);
-        let controller = self.controller(method, &scenario, imported, seed);
-        let controller = controller.map_err(|e| TrialError::Input(e.into()))?;
-        let env = environment(sim, world, &scenario, site.scratch);
+        let input = |e: String| TrialError::Input(e.into());
+        let together = Together::of(site.point).map_err(input)?;
+        let alone = together.members.is_empty();
+        let rows = if alone { std::slice::from_ref(site.point) } else { &together.members };
+        let (mut envs, mut held) = (Vec::new(), InputFiles::default());
+        for row in rows {
+            let (world, files) = planned_world(row, site.prepared, own, method)?;
+            held.join(files);
+            let scratch = if alone { site.scratch.into() } else { site.scratch.join(&row.point) };
+            fs::create_dir_all(&scratch).map_err(FileError::at("create", &scratch))?;
+            envs.push(environment(SumoSim::new()?, world, &scenario, &scratch));
+        }
+        let imported = rows[0].environment != GENERATED;
+        let create = |method| self.controller(method, &scenario, imported, seed);
+        let controller = create(method).map_err(|e| TrialError::Input(e.into()))?;
         for path in self.own_of(method).into_iter().flat_map(Own::read) {
             held.hold(path)?;
         }
-        let mut trial = SignalTrial::new(env, controller, held);
+        let mut trial = SignalTrial::new(envs, controller, held);
         let tuned = METHODS.iter().find(|m| m.name == method && m.is_tuned());
+        if !alone {
+            let baseline =
+                create(baseline::METHOD.name).map_err(|e| TrialError::Input(e.into()))?;
+            trial.share(together, (baseline, scenario.training.reward_scale))?;
+        }
         trial.tuned = tuned.map(|method| (*method, scenario, imported, seed));
         Ok(Box::new(trial))
     }
@@ -187,6 +205,11 @@ impl Domain for Traffic {
     }
 
     fn spoilt(&self, point: &PointRow, prepared: &Path) -> Vec<Spoilt> {
+        if let Ok(Together { members, .. }) = Together::of(point)
+            && !members.is_empty()
+        {
+            return members.iter().flat_map(|member| self.spoilt(member, prepared)).collect();
+        }
         let (is_made, folder) = (point.environment == GENERATED, folder_of(point, prepared));
         let as_planned =
             |path: &Path, sha256: &str| sha256_file(path).is_ok_and(|found| found == sha256);
@@ -215,7 +238,7 @@ impl Domain for Traffic {
 
     /// Returns the number of signals.
     fn agents(&self, point: &PointRow) -> u32 {
-        match point.environment == GENERATED {
+        match [GENERATED, TOGETHER].contains(&point.environment.as_str()) {
             true => 1,
             false => signals_in(Path::new(&point.environment)),
         }

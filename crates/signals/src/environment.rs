@@ -1,8 +1,6 @@
 //! The environment of a point MDP: its files, checked, and the signals they describe.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use osm_signals::Turn;
@@ -18,8 +16,8 @@ use crate::sim::Sim;
 use crate::sim::error::SimError;
 use crate::sim::intake::Intake;
 use crate::sim::obstacle::Given;
-use basics::files::FileError;
 use basics::hash::sha256_file;
+use evaluation::store::input_files::InputFiles;
 use evaluation::store::manifest::PointRow;
 
 /// Returns the environment of a world with a scenario's settings; `scratch` is a folder for the
@@ -115,7 +113,7 @@ pub fn existing_plan(point: &PointRow, method: &str) -> Result<Option<ExistingPl
 /// * `day_plan` — whether programs change by the clock as they do in the scenario.
 /// * `method` — whose plan is taken, where it has one.
 ///
-/// Fails with [`TrafficError::Altered`] when they are not, and whatever makes them unreadable.
+/// Fails with [`TrafficError::Changed`] when they are not, and whatever makes them unreadable.
 pub fn planned_world(
     point: &PointRow,
     networks: &Path,
@@ -149,7 +147,7 @@ pub fn planned_world(
 }
 
 /// Returns the demand of a planned point MDP after checking that its file is that of the plan.
-/// Fails with [`TrafficError::Altered`] when it is not, and whatever makes it unreadable.
+/// Fails with [`TrafficError::Changed`] when it is not, and whatever makes it unreadable.
 pub fn planned_demand(point: &PointRow, networks: &Path) -> Result<DemandSpec, TrafficError> {
     let files = NetworkFiles::new(networks, &point.point, point.sha256.clone());
     let name = files.demand.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -168,72 +166,13 @@ pub fn hash_scenario(intake: &Intake) -> Result<BTreeMap<String, String>, Traffi
     intake.sources.named().chain([own]).map(hash).collect()
 }
 
-/// Files that a task reads; none by default.
-#[derive(Debug, Default)]
-pub struct InputFiles {
-    /// Path, sha256 and stamp of each.
-    files: Vec<(PathBuf, String, Stamp)>,
-}
-
-/// What changes when a file is written or exchanged for another: device, inode, bytes, and when it was modified.
-type Stamp = (u64, u64, u64, i64, i64);
-
-impl InputFiles {
-    /// Compares a file with the plan, and holds on to it.
-    /// * `sha256` — as planned; `None` where the plan does not have the file.
-    ///
-    /// Fails with [`TrafficError::Altered`] when it is not the planned one.
-    pub fn add(&mut self, path: &Path, sha256: Option<&String>) -> Result<(), TrafficError> {
-        let is_planned = sha256.map(String::as_str) == Some(self.hold(path)?);
-        is_planned.then_some(()).ok_or_else(|| altered(path, "was altered"))
-    }
-
-    /// Holds on to a file as it is, which somebody else has compared with the plan, and returns its sha256.
-    /// Fails with [`TrafficError::Altered`] when there is none.
-    pub fn hold(&mut self, path: &Path) -> Result<&str, TrafficError> {
-        // Before it is read: what is written in between shows in the next stamp.
-        let stamp = stamp(path)?.ok_or_else(|| altered(path, "was deleted"))?;
-        self.files.push((path.to_path_buf(), sha256_file(path)?, stamp));
-        Ok(&self.files[self.files.len() - 1].1)
-    }
-
-    /// Checks that no file was written, exchanged or deleted since it was added.
-    /// Fails with [`TrafficError::Altered`] when one is not the planned one any more, [`TrafficError::Disturbed`] when it
-    /// is, but was written meanwhile.
-    pub fn verify(&self) -> Result<(), TrafficError> {
-        for (path, sha256, before) in &self.files {
-            match stamp(path)? {
-                None => return Err(altered(path, "was deleted")),
-                Some(now) if now == *before => {}
-                Some(_) if sha256_file(path)? == *sha256 => {
-                    return Err(TrafficError::Disturbed(path.clone()));
-                }
-                Some(_) => return Err(altered(path, "was altered")),
-            }
-        }
-        Ok(())
-    }
-}
-
-fn altered(path: &Path, what: &'static str) -> TrafficError {
-    TrafficError::Altered { path: path.to_path_buf(), what }
-}
-
-/// Returns the stamp of a file; `None` if there is none.
-fn stamp(path: &Path) -> Result<Option<Stamp>, FileError> {
-    match fs::metadata(path) {
-        Ok(m) => Ok(Some((m.dev(), m.ino(), m.len(), m.mtime(), m.mtime_nsec()))),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(e) => Err(FileError::at("read", path)(e)),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::fs;
 
     use super::*;
     use basics::hash::sha256;
+    use evaluation::store::input_files::Changed;
 
     #[test]
     fn a_file_whose_hash_the_plan_lacks_is_refused() {
@@ -251,7 +190,7 @@ mod tests {
         }
         let e = planned_world(&point, folder.path(), false, "").err().unwrap();
         assert!(
-            matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("p.demand.json"))
+            matches!(&e, TrafficError::Changed(Changed::Altered { path, .. }) if path.ends_with("p.demand.json"))
         );
     }
 
@@ -272,7 +211,10 @@ mod tests {
         planned_world(&point, Path::new(""), false, "").unwrap();
         write("b.xml", "<routes> </routes>");
         let e = planned_world(&point, Path::new(""), false, "").err().unwrap();
-        assert!(matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("b.xml")), "{e}");
+        assert!(
+            matches!(&e, TrafficError::Changed(Changed::Altered { path, .. }) if path.ends_with("b.xml")),
+            "{e}"
+        );
     }
 
     #[test]
@@ -290,7 +232,7 @@ mod tests {
         held.verify().unwrap();
         for planned in [None, Some(&sha256(b"<b/>"))] {
             let e = held.add(&path, planned).unwrap_err();
-            assert!(matches!(e, TrafficError::Altered { what: "was altered", .. }), "{e}");
+            assert!(matches!(e, Changed::Altered { what: "was altered", .. }), "{e}");
         }
         fs::remove_file(&path).unwrap();
         let e = held.verify().unwrap_err().to_string();

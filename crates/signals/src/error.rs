@@ -1,7 +1,5 @@
 //! Why a scenario of signals cannot be prepared.
 
-use std::path::PathBuf;
-
 use super::control::ControlError;
 use super::env::episode::EpisodeError;
 use super::network::error::NetworkError;
@@ -10,6 +8,7 @@ use basics::files::FileError;
 use evaluation::family::FamilyError;
 use evaluation::run::RunError;
 use evaluation::run::fault::TrialError;
+use evaluation::store::input_files::Changed;
 
 /// Why a scenario of signals, or a point MDP of it, cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -41,24 +40,9 @@ pub enum TrafficError {
         /// Some that exist, and where to see them all.
         some: String,
     },
-    /// A file that differs from the manifest.
-    #[error(
-        "{}: the file {what} since the run was planned; restore it, or start a new run with \
-         another --out",
-        .path.display()
-    )]
-    Altered {
-        /// The file.
-        path: PathBuf,
-        /// `was deleted` or `was altered`.
-        what: &'static str,
-    },
-    /// A file that was written while it was in use.
-    #[error(
-        "{}: the file was written while it was simulated, and is as planned again; nothing that came of it counts",
-        .0.display()
-    )]
-    Disturbed(PathBuf),
+    /// A file that is not the planned one.
+    #[error(transparent)]
+    Changed(#[from] Changed),
     /// A file could not be read or written.
     #[error(transparent)]
     Io(#[from] FileError),
@@ -70,8 +54,8 @@ impl From<TrafficError> for TrialError {
         match error {
             TrafficError::Network(e) => e.into(),
             TrafficError::Sim(e) => e.into(),
-            TrafficError::Altered { .. } | TrafficError::Io(_) => Self::Machine(error.into()),
-            TrafficError::Disturbed(_) => Self::Disturbed(error.into()),
+            TrafficError::Changed(e) => e.into(),
+            TrafficError::Io(_) => Self::Machine(error.into()),
             other => Self::Input(other.into()),
         }
     }
@@ -113,7 +97,7 @@ impl From<ControlError> for TrialError {
             ControlError::Validation(e) => *e,
             ControlError::Own { .. } => Self::Own(error.into()),
             // A training episode fails for reasons of the simulation, not of what was given.
-            ControlError::Episode(e) => match e.downcast::<TrafficError>() {
+            ControlError::Episode(e) => match e.downcast::<Changed>() {
                 Ok(e) => Self::from(*e),
                 Err(e) => match e.downcast_ref() {
                     Some(EpisodeError::Sim(SimError::Io(_) | SimError::CutOff(_))) => {

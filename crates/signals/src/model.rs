@@ -13,7 +13,7 @@ use super::settings::{Preset, Scenario, SignalSettings};
 use evaluation::run::RunError;
 use evaluation::run::method::{Method, Training, find};
 use evaluation::run::model::SavedModel;
-use evaluation::store::own::{differing, flat};
+use evaluation::store::own::said;
 
 /// Entry of a card with the method that one of somebody's own is but for what it sees or is paid for.
 pub(crate) const BUILT_ON: &str = "built_on";
@@ -132,16 +132,8 @@ impl SignalModel {
 
 /// Returns how the timing of signals or what methods see differs, in words; `None` where nothing does.
 fn difference(there: &SignalSettings, here: &SignalSettings) -> Option<String> {
-    let of = |signal: &SignalSettings| {
-        flat(&serde_json::to_value(signal).expect("settings are plain data"))
-    };
-    let (there, here) = (of(there), of(here));
-    let said = |value: Option<&Value>| value.map_or("not set".to_owned(), Value::to_string);
-    let named = |key: &String| {
-        format!("signal.{key} = {} there, {} here", said(there.get(key)), said(here.get(key)))
-    };
-    let named: Vec<String> = differing(&there, &here).into_iter().map(named).collect();
-    (!named.is_empty()).then(|| named.join("; "))
+    let plain = |signal| serde_json::to_value(signal).expect("settings are plain data");
+    said("signal", &plain(there), &plain(here))
 }
 
 /// What a learner has learned, as a method that does not learn.

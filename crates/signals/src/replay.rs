@@ -98,8 +98,8 @@ pub fn replay<S: Sim>(
     };
     let mut env = environment(sim, world, &scenario, site.scratch);
     env.told = Some(Vec::new());
-    let mut trial = SignalTrial::new(env, controller, held);
+    let mut trial = SignalTrial::new(vec![env], controller, held);
     let metrics = trial.episode(seed)?;
     trial.verify()?;
-    Ok((metrics, trial.env.shown_programs()))
+    Ok((metrics, trial.envs[0].shown_programs()))
 }

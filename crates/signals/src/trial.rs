@@ -8,17 +8,19 @@ use super::controllers::{create, number, with_numbers};
 use super::env::SignalEnv;
 use super::env::by_movement::MovementTotals;
 use super::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
-use super::environment::InputFiles;
 use super::movement_results;
 use super::program::PHASES;
 use super::settings::Scenario;
 use super::sim::{Sim, SimError};
 use super::street_results::ByStreet;
 use basics::files::numbers::is_usable;
+use basics::seed;
 use evaluation::run::domain::{Course, Policy, Trial};
 use evaluation::run::fault::TrialError;
 use evaluation::run::method::{Method, Training};
 use evaluation::run::search::{Choice, tune};
+use evaluation::run::together::{TOGETHER, Together};
+use evaluation::store::input_files::InputFiles;
 use evaluation::store::opaque::Opaque;
 use evaluation::store::record::{Metrics, Row, RowKind};
 use learners::nn::archive::Archive;
@@ -40,8 +42,9 @@ const RESCO_LAST: usize = 10;
 
 /// A controller and the signals that it controls.
 pub struct SignalTrial<S> {
-    /// The signals.
-    pub env: SignalEnv<S>,
+    /// The signals: those of one point MDP, or of each that it has together.
+    pub envs: Vec<SignalEnv<S>>,
+    together: Together,
     /// The method.
     pub controller: Box<dyn Controller>,
     /// What is read while it goes on.
@@ -57,16 +60,59 @@ pub struct SignalTrial<S> {
 
 impl<S> SignalTrial<S> {
     /// Returns a controller on signals.
-    pub fn new(env: SignalEnv<S>, controller: Box<dyn Controller>, held: InputFiles) -> Self {
+    pub fn new(envs: Vec<SignalEnv<S>>, controller: Box<dyn Controller>, held: InputFiles) -> Self {
         let (movements, streets, chosen) = (Vec::new(), ByStreet::default(), BTreeMap::new());
-        Self { env, controller, held, tuned: None, chosen, movements, streets, standing: None }
+        let (together, tuned, standing) = (Together::default(), None, None);
+        Self { envs, together, controller, held, tuned, chosen, movements, streets, standing }
     }
 }
 
+impl<S: Sim> SignalTrial<S> {
+    /// Makes it one on several point MDPs, on each of which the baseline is played first.
+    /// * `baseline` — with the power of its queue by which rewards are divided.
+    pub fn share(
+        &mut self,
+        mut together: Together,
+        (mut baseline, power): (Box<dyn Controller>, f64),
+    ) -> Result<(), TrialError> {
+        for (env, member) in self.envs.iter_mut().zip(&together.members) {
+            let mut means = [0.0; 2];
+            for k in 0..BASELINE_EPISODES {
+                let seed = seed::at_point(seed::validation(0, k), &member.content);
+                let metrics = played(env, baseline.as_mut(), seed)?.0;
+                let values = [metrics[DELAY], metrics[QUEUE]];
+                means = [0, 1].map(|i| means[i] + values[i] / f64::from(BASELINE_EPISODES));
+            }
+            together.baseline.push([means[0], means[1].max(LEAST_QUEUE_VEH).powf(-power)]);
+        }
+        self.together = together;
+        let places = self.envs.iter().map(|env| env.signals().to_vec()).collect();
+        Ok(self.controller.learn_on(places)?)
+    }
+
+    /// Returns everything but the controller, which meets it.
+    fn learned(&mut self) -> Learned<'_, S> {
+        let Self { envs, together, controller, .. } = self;
+        Learned { envs, together, controller: controller.as_mut() }
+    }
+}
+
+/// Episodes by which the baseline is known on each of several point MDPs.
+const BASELINE_EPISODES: u32 = 2;
+
+/// Shortest mean queue by which rewards are divided, vehicles.
+const LEAST_QUEUE_VEH: f64 = 0.1;
+
+/// Name of the metric by which rewards are scaled.
+const QUEUE: &str = "queue_veh";
+
+/// Metric of a training episode on several point MDPs: which it was on, from 1, in the order of the manifest.
+const MEMBER: &str = "member";
+
 impl<S: Sim> Trial for SignalTrial<S> {
     fn train(&mut self, course: &mut dyn Course) -> Result<(), TrialError> {
-        let Self { env, controller, held, chosen, .. } = self;
-        let mut school = School { env, course, held };
+        let Self { envs, together, controller, held, chosen, .. } = self;
+        let mut school = School { envs, together, course, held };
         let Some((method, scenario, imported, seed)) = self.tuned.take() else {
             return Ok(controller.train(&mut school)?);
         };
@@ -80,10 +126,10 @@ impl<S: Sim> Trial for SignalTrial<S> {
         let (mut used, most) = (0, number(&scenario, episodes) as u32);
         let choice = tune(&start, method.tunes, most, &mut |choice, seed| {
             used += 1;
-            (school.env.signal_settings.delta_time_s, *controller) = make(choice);
+            (school.envs[0].signal_settings.delta_time_s, *controller) = make(choice);
             school.episode(controller.as_mut(), seed).map(|played| played.delay_s)
         })?;
-        (env.signal_settings.delta_time_s, *controller) = make(&choice);
+        (envs[0].signal_settings.delta_time_s, *controller) = make(&choice);
         chosen.extend(choice.iter().map(|(name, v)| (format!("{SETTING}{name}"), v.to_string())));
         chosen.insert(SIMULATIONS.to_owned(), used.to_string());
         chosen.extend((choice == start).then(|| (TUNING.to_owned(), KEPT.to_owned())));
@@ -91,9 +137,13 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 
     fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
-        self.env.collects_movements = true;
-        let played = played(&mut self.env, self.controller.as_mut(), seed);
-        self.env.collects_movements = false;
+        if !self.together.members.is_empty() {
+            return self.learned().play(seed);
+        }
+        let env = &mut self.envs[0];
+        env.collects_movements = true;
+        let played = played(env, self.controller.as_mut(), seed);
+        env.collects_movements = false;
         let (metrics, parts) = played?;
         self.movements.push(parts.movements);
         self.streets.add(parts.streets);
@@ -103,7 +153,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 
     fn validate(&mut self, seed: u64) -> Result<Metrics, TrialError> {
-        Learned { env: &mut self.env, controller: self.controller.as_mut() }.episode(seed)
+        self.learned().episode(seed)
     }
 
     fn model(&self) -> Option<Archive> {
@@ -117,14 +167,23 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 
     fn training_metrics(&self, rows: &[Row]) -> Metrics {
-        resco(rows)
+        // Episodes on several point MDPs have no best one.
+        if self.envs.len() > 1 { Metrics::new() } else { resco(rows) }
     }
 
     /// What the controller says, the phases of signals that run in two rings, and who stood for long.
     fn details(&self) -> BTreeMap<String, String> {
         let mut details = self.controller.details();
         details.extend(self.chosen.clone());
-        let rings = self.env.dual_rings();
+        for (member, [delay_s, scale]) in self.together.members.iter().zip(&self.together.baseline)
+        {
+            let said = format!(
+                "weight {}, baseline {delay_s} s, rewards times {scale}",
+                member.importance
+            );
+            details.insert(format!("{TOGETHER} {}", member.point), said);
+        }
+        let rings = self.envs[0].dual_rings();
         details.extend(rings.map(|(signal, phases)| (format!("{PHASES}{signal}"), phases)));
         details.extend(self.standing.iter().map(|text| (STANDING.to_owned(), text.clone())));
         details
@@ -132,8 +191,12 @@ impl<S: Sim> Trial for SignalTrial<S> {
 
     /// What the signals ran: programs, or phases in two rings; nothing where a controller decides.
     fn programs(&self) -> Opaque {
-        let programs = self.env.programs();
-        if programs.is_empty() { Opaque::default() } else { Opaque::of(&programs) }
+        let programs = self.envs[0].programs();
+        if programs.is_empty() || self.envs.len() > 1 {
+            Opaque::default()
+        } else {
+            Opaque::of(&programs)
+        }
     }
 
     /// Results by movement, means over the evaluation episodes, where ways of vehicles are known; else those by street, where
@@ -148,12 +211,17 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 
     fn simulator_s(&self) -> f64 {
-        self.env.simulator.as_secs_f64()
+        simulator_s(&self.envs)
     }
 
     fn verify(&self) -> Result<(), TrialError> {
         Ok(self.held.verify()?)
     }
+}
+
+/// Returns the wall-clock time within the simulator so far, seconds.
+fn simulator_s<S>(envs: &[SignalEnv<S>]) -> f64 {
+    envs.iter().map(|env| env.simulator.as_secs_f64()).sum()
 }
 
 /// Plays the episode of a seed and returns its metrics by name, and all that it is judged by.
@@ -171,16 +239,32 @@ fn played<S: Sim>(
 
 /// What a controller has learned so far, on the signals on which it trains.
 struct Learned<'a, S> {
-    env: &'a mut SignalEnv<S>,
+    envs: &'a mut [SignalEnv<S>],
+    together: &'a Together,
     controller: &'a mut dyn Controller,
+}
+
+impl<S: Sim> Learned<'_, S> {
+    /// Plays the episode of a seed; on several point MDPs a seed of its own on each.
+    fn play(&mut self, seed: u64) -> Result<Metrics, TrialError> {
+        if self.together.members.is_empty() {
+            return Ok(played(&mut self.envs[0], self.controller, seed)?.0);
+        }
+        let members = self.envs.iter_mut().zip(&self.together.members);
+        let all = members.map(|(env, member)| {
+            Ok(played(env, self.controller, seed::at_point(seed, &member.content))?.0)
+        });
+        let all = all.collect::<Result<Vec<_>, TrialError>>()?;
+        Ok(self.together.mean(&all, DELAY))
+    }
 }
 
 impl<S: Sim> Policy for Learned<'_, S> {
     fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
         self.controller.set_validation(true);
-        let metrics = played(self.env, self.controller, seed);
+        let metrics = self.play(seed);
         self.controller.set_validation(false);
-        Ok(metrics?.0)
+        metrics
     }
 
     fn model(&self) -> Option<Archive> {
@@ -190,7 +274,8 @@ impl<S: Sim> Policy for Learned<'_, S> {
 
 /// Where a controller trains: the signals, and the task that keeps what comes of it.
 struct School<'a, S> {
-    env: &'a mut SignalEnv<S>,
+    envs: &'a mut [SignalEnv<S>],
+    together: &'a Together,
     course: &'a mut dyn Course,
     held: &'a InputFiles,
 }
@@ -201,8 +286,13 @@ impl<S: Sim> Trainer for School<'_, S> {
         controller: &mut dyn Controller,
         seed: u32,
     ) -> Result<EpisodeOutcome, ControlError> {
+        let member = self.together.schedule.get(seed as usize).copied();
+        if let Some(member) = member {
+            controller.set_reward_scale(self.together.baseline[member][1] as f32);
+        }
         let seed = self.course.seed(seed);
-        let metrics = run_episode(self.env, controller, seed).map_err(|e| match e {
+        let env = &mut self.envs[member.unwrap_or(0)];
+        let metrics = run_episode(env, controller, seed).map_err(|e| match e {
             EpisodeError::Control(e) => e,
             sim @ EpisodeError::Sim(_) => ControlError::Episode(Box::new(sim)),
         })?;
@@ -213,12 +303,13 @@ impl<S: Sim> Trainer for School<'_, S> {
         for (name, value) in controller.figures().into_iter().filter(|(_, v)| is_usable(*v)) {
             metrics.entry(name).or_insert(value);
         }
+        metrics.extend(member.map(|member| (MEMBER.to_owned(), (member + 1) as f64)));
         self.course.episode(seed, metrics);
         Ok(outcome)
     }
 
     fn decisions_per_episode(&self) -> u32 {
-        self.env.decisions_per_episode()
+        self.envs[0].decisions_per_episode()
     }
 
     fn saved(&mut self) -> Option<Archive> {
@@ -226,7 +317,7 @@ impl<S: Sim> Trainer for School<'_, S> {
     }
 
     fn validate(&mut self, controller: &mut dyn Controller) -> Result<(), ControlError> {
-        let mut learned = Learned { env: &mut *self.env, controller };
+        let mut learned = Learned { envs: self.envs, together: self.together, controller };
         self.course.validate(&mut learned).map_err(|e| ControlError::Validation(Box::new(e)))
     }
 
@@ -245,8 +336,7 @@ impl<S: Sim> Trainer for School<'_, S> {
     fn checkpoint(&mut self, state: &dyn Fn() -> Archive) -> Result<(), ControlError> {
         // What was learned from files of something else is not kept.
         self.held.verify().map_err(|e| ControlError::Episode(e.into()))?;
-        let simulator_s = self.env.simulator.as_secs_f64();
-        Ok(self.course.checkpoint(state, simulator_s)?)
+        Ok(self.course.checkpoint(state, simulator_s(self.envs))?)
     }
 }
 
@@ -284,7 +374,7 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
     let named = [
         (DELAY, delay_s),
         ("waiting_s", waiting_s),
-        ("queue_veh", metrics.queue_veh),
+        (QUEUE, metrics.queue_veh),
         ("max_queue_veh", metrics.max_queue_veh),
         (VEHICLES, f64::from(trips.vehicles)),
         ("throughput_veh", f64::from(trips.arrived)),
@@ -369,7 +459,7 @@ mod tests {
             Ok(())
         });
         let env = env_of(minute(Some(routes)), vec![(0.0, 0), (1.0, 1)], dir.path());
-        let mut trial = SignalTrial::new(env, Box::new(Learner), InputFiles::default());
+        let mut trial = SignalTrial::new(vec![env], Box::new(Learner), InputFiles::default());
         let mut rows = Rows::default();
         trial.train(&mut rows).unwrap();
         let metrics = &rows.0[0].metrics;
@@ -391,7 +481,7 @@ mod tests {
     fn an_episode_without_vehicles_is_an_error_and_no_delay_of_0() {
         let dir = tempfile::tempdir().unwrap();
         let env = env(vec![], dir.path());
-        let mut trial = SignalTrial::new(env, Box::new(Learner), InputFiles::default());
+        let mut trial = SignalTrial::new(vec![env], Box::new(Learner), InputFiles::default());
         let e = trial.episode(7).unwrap_err();
         assert!(matches!(e, TrialError::Input(_)));
         assert!(e.to_string().starts_with("no vehicle is to depart in the episode of seed 7, so"));

@@ -96,7 +96,7 @@ pub struct RunArgs {
     pub episodes: Option<NonZeroU32>,
     /// Independent trainings on every point MDP, for methods that tune or learn [default: those of the run that is in
     /// --out, else 1]
-    #[arg(long, value_name = "R", value_parser = from_one_to::<MOST_REPLICATES>)]
+    #[arg(long, visible_alias = "trainings", value_name = "R", value_parser = from_one_to::<MOST_REPLICATES>)]
     pub replicates: Option<NonZeroU32>,
     /// Evaluation episodes per task, the same for all methods [default: those of the run that is in --out, else 5]
     #[arg(long, value_name = "K", value_parser = from_one_to::<MOST_EVALUATION_SEEDS>)]

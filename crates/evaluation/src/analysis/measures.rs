@@ -78,7 +78,4 @@ pub trait Measures: Sync {
 }
 
 /// Nothing beside the objective.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct NoMeasures;
-
-impl Measures for NoMeasures {}
+impl Measures for () {}

@@ -13,7 +13,6 @@
 
 use super::choice::{choice, weights};
 use super::estimator::{Estimate, Sample};
-use super::measures::NoMeasures;
 use super::method::{MethodSummary, paired};
 use super::points::{Evidence, PointSummary};
 use super::reference::{AnalysisError, position};
@@ -188,7 +187,7 @@ impl Analysis {
         let evidence = Evidence {
             identity,
             reference: &self.reference,
-            measures: &NoMeasures,
+            measures: &(),
             most: self.most,
             points: &self.points,
             chosen: &chosen,

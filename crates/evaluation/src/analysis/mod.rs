@@ -27,7 +27,7 @@ mod winners;
 pub use crate::store::figures::{LAST_EPISODES, RETURN};
 pub use board::Board;
 pub use comparison::{Comparison, Decided, FEWEST_SEEDS_FOR_PLACES, Pair};
-pub use measures::{Measures, NoMeasures, Regime, Share};
+pub use measures::{Measures, Regime, Share};
 pub use method::MethodSummary;
 pub use mix::{Mix, MixPoint, of_best};
 pub use points::{EpisodeSummary, PointResult, PointSummary, TaskScore};

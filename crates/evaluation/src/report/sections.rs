@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::format;
 use super::svg::Figure;
 use super::words::Words;
-use crate::analysis::{Analysis, Measures, NoMeasures, PointResult, TaskScore};
+use crate::analysis::{Analysis, Measures, PointResult, TaskScore};
 use crate::stats::Limit;
 use crate::store::manifest::PointRow;
 use basics::files::FileError;
@@ -152,7 +152,7 @@ pub trait Sections: std::fmt::Debug + Sync {
 
     /// Returns what it measures beside the objective.
     fn measures(&self) -> &dyn Measures {
-        &NoMeasures
+        &()
     }
 
     /// Returns what it calls the objective of this name.

@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use crate::stats::Direction;
+use crate::store::figures::ABOVE_BASELINE;
 use crate::store::manifest::{GIT, Task};
-use crate::store::record::Row;
+use crate::store::record::{Metrics, Row};
 use crate::store::{Layout, remove_checkpoint};
 use basics::files::FileError;
 use basics::files::replace;
@@ -22,6 +23,9 @@ pub const FORMAT_VERSION: u32 = 3;
 
 /// Wall time between two checkpoints, seconds: little is lost, and writing costs nothing beside it.
 pub const CHECKPOINT_EVERY_S: u64 = 60;
+
+/// Share of the objective that validation adds for every point MDP where it is worse than the baseline's.
+const ABOVE_COSTS: f64 = 0.01;
 
 /// Where the card says what a file is.
 pub(super) const KIND: &str = "kind";
@@ -80,6 +84,13 @@ pub(super) struct Validated {
     pub(super) chosen: Option<u32>,
 }
 
+/// Returns what an episode of validation says of a policy: the objective, and 1% of it for each of several point MDPs where it
+/// is worse than the baseline's.
+pub(super) fn judged(metrics: &Metrics, objective: &str) -> Option<f64> {
+    let above = metrics.get(ABOVE_BASELINE).unwrap_or(&0.0);
+    metrics.get(objective).map(|value| value + ABOVE_COSTS * above * value.abs())
+}
+
 impl Validated {
     /// Returns how many validations there have been since the best one, the first of several.
     pub(super) fn since_best(&self, objective: &str, direction: Direction) -> usize {
@@ -93,7 +104,7 @@ impl Validated {
     /// Returns the mean objective of the validation after a row.
     pub(super) fn of(&self, row: u32, objective: &str) -> Option<f64> {
         let values = self.rows.iter().filter(|r| r.episode == row);
-        let values: Vec<f64> = values.filter_map(|r| r.metrics.get(objective).copied()).collect();
+        let values: Vec<f64> = values.filter_map(|r| judged(&r.metrics, objective)).collect();
         (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
     }
 

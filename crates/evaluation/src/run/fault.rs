@@ -1,5 +1,6 @@
 //! Why a trial failed, and what follows from it.
 
+use crate::store::input_files::Changed;
 use basics::files::FileError;
 use learners::nn::archive::ArchiveError;
 
@@ -54,6 +55,16 @@ impl From<CheckpointError> for TrialError {
         match error {
             CheckpointError::Stopped => Self::Stopped,
             CheckpointError::Io(e) => e.into(),
+        }
+    }
+}
+
+/// Altered files would spoil other tasks too.
+impl From<Changed> for TrialError {
+    fn from(error: Changed) -> Self {
+        match error {
+            Changed::Disturbed(_) => Self::Disturbed(error.into()),
+            _ => Self::Machine(error.into()),
         }
     }
 }

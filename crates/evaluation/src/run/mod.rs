@@ -21,6 +21,7 @@ pub mod session;
 pub mod stop;
 #[cfg(test)]
 pub(crate) mod testing;
+pub mod together;
 pub mod watchdog;
 pub mod work;
 pub mod worker;

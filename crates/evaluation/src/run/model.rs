@@ -14,6 +14,7 @@ use serde_json::{Map, Value, json};
 use super::checkpoint::{CHECKPOINT, FORMAT_VERSION, KIND, LEARNER};
 use super::domain::Domain;
 use super::error::RunError;
+use super::together::Together;
 use crate::store::Layout;
 use crate::store::figures::POLICY_ROW;
 use crate::store::manifest::{GIT, Identity, Task};
@@ -23,6 +24,9 @@ use learners::nn::archive::{Archive, ArchiveError};
 
 /// Value of `kind` on a model's card.
 pub const MODEL: &str = "model";
+
+/// Entry of a card with the ids of the point MDPs of a training on several.
+pub const TRAINED_ON: &str = "trained_on";
 
 /// Versions of models that are read: the second added a checksum, the third [`ModelCard::policy_row`].
 const READABLE: [u32; 3] = [1, 2, FORMAT_VERSION];
@@ -94,6 +98,12 @@ pub(super) fn card(
     let Value::Object(mut card) = serde_json::to_value(card).expect("a card is plain data") else {
         unreachable!("a struct is an object")
     };
+    let point = identity.points.iter().find(|p| p.point == task.point);
+    let together = point.map_or(Ok(Together::default()), Together::of)?;
+    if together.trained > 0 {
+        let trained = together.members[..together.trained].iter().map(|m| m.point.clone());
+        card.insert(TRAINED_ON.to_owned(), trained.collect());
+    }
     card.extend(domain.card(&identity.settings, &task.method)?);
     Ok(card)
 }

@@ -18,9 +18,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::checkpoint;
-use super::domain::{Domain, Prepared, Problem};
+use super::domain::{Domain, Prepared, PreparedPoint, Problem};
 use super::error::RunError;
 use super::method::{Method, Training, find};
+use crate::family::PointMdp;
 use crate::sample::looks::{halves, looks};
 use crate::sample::{Choice, Design, Growth, SampleError, SamplePlan, Until};
 use crate::store::assisting::TRAINING;
@@ -182,18 +183,7 @@ pub fn complete(
     let mut points = Vec::new();
     for point in family.points.iter().filter(|p| chosen.contains(p.id.as_str())) {
         let made = made.remove(&point.id).ok_or_else(|| RunError::Unprepared(point.id.clone()))?;
-        points.push(PointRow {
-            point: point.id.clone(),
-            title: if point.title == point.id { String::new() } else { point.title.clone() },
-            importance: point.importance,
-            instances: point.instances,
-            features: point.features.clone(),
-            places: made.places,
-            content: made.content,
-            environment: made.environment,
-            sha256: made.sha256,
-            given: made.given,
-        });
+        points.push(row(point, made));
     }
     let controllers: Result<Vec<_>, _> =
         draft.methods.iter().map(|method| request.domain.own(method)).collect();
@@ -222,6 +212,22 @@ pub fn complete(
     };
     let tasks = identity.tasks();
     Ok((Manifest { identity, provenance }, tasks))
+}
+
+/// Returns the row of a point MDP.
+pub(super) fn row(point: &PointMdp, made: PreparedPoint) -> PointRow {
+    PointRow {
+        point: point.id.clone(),
+        title: if point.title == point.id { String::new() } else { point.title.clone() },
+        importance: point.importance,
+        instances: point.instances,
+        features: point.features.clone(),
+        places: made.places,
+        content: made.content,
+        environment: made.environment,
+        sha256: made.sha256,
+        given: made.given,
+    }
 }
 
 /// Writes the manifest into a new results directory. An existing one that holds the same run stays as it is, with

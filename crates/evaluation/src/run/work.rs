@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::checkpoint::{Candidate, Keeper, Validated};
+use super::checkpoint::{Candidate, Keeper, Validated, judged};
 use super::domain::{Course, Domain, Policy, Site, Trial};
 use super::error::RunError;
 use super::fault::{CheckpointError, TrialError};
@@ -371,7 +371,7 @@ impl<'a> TaskRun<'a> {
         for k in seeds {
             let seed = seed::validation(self.task.seed, k);
             let metrics = episode(seed)?;
-            let value = metrics.get(self.objective).copied();
+            let value = judged(&metrics, self.objective);
             sum += value.ok_or_else(|| {
                 let text = format!("the episode with seed {seed} has no {}", self.objective);
                 TrialError::Failed(text.into())

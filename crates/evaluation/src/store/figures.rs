@@ -16,6 +16,9 @@ pub const DEAD: &str = "dead";
 /// Name of the metric of a record that counts the episodes of validation.
 pub const VALIDATION_EPISODES: &str = "validation_episodes";
 
+/// Metric of an episode on several point MDPs that counts those where the objective is worse than the baseline's.
+pub const ABOVE_BASELINE: &str = "points_above_1";
+
 /// What the name of the objective begins with where it is the last policy's.
 pub const LAST_PREFIX: &str = "last_";
 

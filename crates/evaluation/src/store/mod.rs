@@ -24,6 +24,7 @@ pub mod difference;
 pub mod dropped;
 pub mod error;
 pub mod figures;
+pub mod input_files;
 mod links;
 pub mod lock;
 pub mod manifest;

@@ -104,6 +104,17 @@ pub fn differing<'a>(
     keys.into_iter().filter(|key| there.get(*key) != now.get(*key)).collect()
 }
 
+/// Returns in words how the settings of a section differ there and here; `None` where nothing does.
+pub fn said(section: &str, there: &Value, here: &Value) -> Option<String> {
+    let (there, here) = (flat(there), flat(here));
+    let said = |value: Option<&Value>| value.map_or("not set".to_owned(), Value::to_string);
+    let named = |key: &String| {
+        format!("{section}.{key} = {} there, {} here", said(there.get(key)), said(here.get(key)))
+    };
+    let named: Vec<String> = differing(&there, &here).into_iter().map(named).collect();
+    (!named.is_empty()).then(|| named.join("; "))
+}
+
 /// Returns the values of a tree by their dotted names.
 pub fn flat(value: &Value) -> BTreeMap<String, Value> {
     fn gather(above: &str, value: &Value, into: &mut BTreeMap<String, Value>) {

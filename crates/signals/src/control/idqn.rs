@@ -52,6 +52,7 @@ impl Learner for Config {
         &mut self,
         signals: &[SignalSpec],
         views: &[(usize, View)],
+        _: usize,
         seed: u64,
     ) -> Result<Vec<Self::Agent>, String> {
         let init = |layer| match (self.orthogonal_initialisation, layer) {

@@ -110,6 +110,7 @@ impl Learner for Config {
         &mut self,
         signals: &[SignalSpec],
         views: &[(usize, View)],
+        _: usize,
         seed: u64,
     ) -> Result<Vec<Ippo>, String> {
         let settings = Settings {

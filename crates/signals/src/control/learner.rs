@@ -5,6 +5,7 @@
 //! Source: RESCO, agents/agent.py (`IndependentAgent`, `SharedAgent`).
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::senses::{Senses, View};
 use super::state::{lane_rows, lanes, wait_reward};
@@ -37,11 +38,12 @@ pub(super) trait Learner {
     const REWARD: fn(&Observation) -> f32 = wait_reward;
 
     /// Returns agents that have learned nothing yet: one, or one per signal with something to decide, of which `views` has
-    /// the index and what is seen.
+    /// the index and what is seen, and at most `at_once` have a part in an episode.
     fn agents(
         &mut self,
         signals: &[SignalSpec],
         views: &[(usize, View)],
+        at_once: usize,
         seed: u64,
     ) -> Result<Vec<Self::Agent>, String>;
 
@@ -157,7 +159,12 @@ pub(super) struct Learning<L: Learner> {
     training: TrainingState,
     /// Time between decisions, and the longest wait, seconds.
     guard_s: [f64; 2],
+    /// The signals that episodes may have, by point MDP, where there are several.
+    places: Vec<Vec<SignalSpec>>,
+    reward_scale: f32,
     signals: Vec<SignalSpec>,
+    /// Those of the episode.
+    acting: Range<usize>,
     deciders: Vec<Decider>,
     pub(super) agents: Vec<(L::Agent, Option<Normaliser>)>,
     /// What it sees and is paid for where somebody replaces its own.
@@ -177,7 +184,10 @@ impl<L: Learner> Learning<L> {
             start_seed: seed,
             guard_s: [decision_s.into(), longest_wait_s],
             training: TrainingState { episodes, ..TrainingState::default() },
+            places: Vec::new(),
+            reward_scale: 1.0,
             signals: Vec::new(),
+            acting: 0..0,
             deciders: Vec::new(),
             agents: Vec::new(),
             senses: None,
@@ -200,9 +210,11 @@ impl<L: Learner> Learning<L> {
         let views: Vec<(usize, View)> = deciding.map(view).collect();
         self.deciders =
             views.iter().map(|(i, _)| Decider { signal: *i, ..Decider::default() }).collect();
+        let counts = self.places.iter().map(|place| place.iter().filter(|s| decides(s)).count());
+        let at_once = counts.max().unwrap_or(views.len());
         let agents = match views.is_empty() {
             true => Vec::new(),
-            false => (self.learner.agents(&self.signals, &views, self.start_seed))
+            false => (self.learner.agents(&self.signals, &views, at_once, self.start_seed))
                 .map_err(|reason| self.own(reason))?,
         };
         let normalisers = views.iter().map(|(_, view)| self.learner.normaliser(*view));
@@ -215,8 +227,11 @@ impl<L: Learner> Learning<L> {
         observations: &[Observation],
         phases: &mut [GreenPhase],
     ) -> Result<(), String> {
-        for (number, own) in self.deciders.iter_mut().enumerate() {
-            let (signal, seen) = (&self.signals[own.signal], &observations[own.signal]);
+        let acting = self.acting.clone();
+        let deciders = self.deciders.iter_mut().enumerate();
+        for (number, own) in deciders.filter(|(_, own)| acting.contains(&own.signal)) {
+            let place = own.signal - acting.start;
+            let (signal, seen) = (&self.signals[own.signal], &observations[place]);
             match own_view(&mut self.senses, own.signal) {
                 None => self.learner.look(number, signal, seen, &mut own.state),
                 Some(senses) => senses.observe(own.signal, seen, &mut own.state)?,
@@ -227,14 +242,17 @@ impl<L: Learner> Learning<L> {
             }
             own.asked = agent.choose(&own.state, signal.phases.len(), &self.training);
             let overdue = overdue(signal, seen, &mut own.unshown_s, self.guard_s);
-            phases[own.signal] = GreenPhase(overdue.unwrap_or(own.asked));
+            phases[place] = GreenPhase(overdue.unwrap_or(own.asked));
         }
         Ok(())
     }
 
     fn learn(&mut self, observations: &[Observation], truncated: bool) -> Result<(), String> {
-        for (number, own) in self.deciders.iter_mut().enumerate() {
-            let (signal, seen) = (&self.signals[own.signal], &observations[own.signal]);
+        let acting = self.acting.clone();
+        let deciders = self.deciders.iter_mut().enumerate();
+        for (number, own) in deciders.filter(|(_, own)| acting.contains(&own.signal)) {
+            let place = own.signal - acting.start;
+            let (signal, seen) = (&self.signals[own.signal], &observations[place]);
             let senses = self.senses.as_mut();
             let reward = senses.map_or(Ok(None), |senses| senses.reward(own.signal, seen))?;
             let reward = reward.unwrap_or_else(|| L::REWARD(seen));
@@ -247,6 +265,7 @@ impl<L: Learner> Learning<L> {
             if let Some(normaliser) = normaliser {
                 normaliser.apply(&mut own.next[L::HEAD..]);
             }
+            let reward = reward * self.reward_scale;
             let Decider { state, next, asked, .. } = &*own;
             agent.learn(&Step { state, asked: *asked, shown: seen.phase, reward, next, truncated });
         }
@@ -323,12 +342,16 @@ impl<L: Learner> Controller for Learning<L> {
     /// The learner drives each signal. Where there is a single phase it is that phase, for ever, which
     /// is what RESCO and an equal split do there too: greens that serve no vehicle are none of either.
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        let place = self.places.iter().position(|place| place == signals);
+        let before = self.places[..place.unwrap_or(0)].iter().map(Vec::len).sum();
+        self.acting = before..before + signals.len();
+        let signals = place.map_or_else(|| signals.to_vec(), |_| self.places.concat());
         let changed = self.signals != signals;
         let senses = self.senses.as_mut();
-        let begun = senses.map_or(Ok(()), |senses| senses.begin(signals));
+        let begun = senses.map_or(Ok(()), |senses| senses.begin(&signals));
         begun.map_err(|reason| self.own(reason))?;
         if changed {
-            self.signals = signals.to_vec();
+            self.signals = signals;
             self.meet()?;
         }
         let pending = self.training.pending.take();
@@ -339,7 +362,7 @@ impl<L: Learner> Controller for Learning<L> {
         if self.training.validates {
             self.agents.iter_mut().for_each(|(agent, _)| agent.begin_validation());
         }
-        Ok(vec![Drive::Decisions; signals.len()])
+        Ok(vec![Drive::Decisions; self.acting.len()])
     }
 
     fn act(
@@ -407,6 +430,20 @@ impl<L: Learner> Controller for Learning<L> {
         }
         self.training.active = false;
         Ok(())
+    }
+
+    fn learn_on(&mut self, places: Vec<Vec<SignalSpec>>) -> Result<(), ControlError> {
+        if !L::IS_SHARED || self.senses.is_some() {
+            let reason =
+                "only mplight and mplight-star share what they learn on several point MDPs";
+            return Err(self.own(reason.to_owned()));
+        }
+        self.places = places;
+        Ok(())
+    }
+
+    fn set_reward_scale(&mut self, scale: f32) {
+        self.reward_scale = scale;
     }
 
     fn set_senses(

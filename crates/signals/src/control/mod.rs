@@ -495,6 +495,21 @@ pub trait Controller {
         Err(ControlError::Own { method: self.name(), reason })
     }
 
+    /// Says which signals episodes of a training on several point MDPs may have, by point MDP; before the first one.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Own`] of learners that cannot share what they learn.
+    fn learn_on(&mut self, places: Vec<Vec<SignalSpec>>) -> Result<(), ControlError> {
+        drop(places);
+        Ok(())
+    }
+
+    /// Sets what rewards are multiplied by from here on.
+    fn set_reward_scale(&mut self, scale: f32) {
+        let _ = scale;
+    }
+
     /// Returns what the method wants recorded of itself, such as the plan that tuning found.
     fn details(&self) -> BTreeMap<String, String> {
         BTreeMap::new()

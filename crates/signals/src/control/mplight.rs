@@ -72,6 +72,7 @@ impl Learner for MpLight {
         &mut self,
         signals: &[SignalSpec],
         views: &[(usize, View)],
+        at_once: usize,
         seed: u64,
     ) -> Result<Vec<Self::Agent>, String> {
         if views.iter().any(|(_, view)| matches!(view, View::Own(_))) {
@@ -93,7 +94,7 @@ impl Learner for MpLight {
         let init = if orthogonal { Init::Orthogonal(SQRT_2) } else { Init::Uniform };
         let parameters = network.initial(init, Generator::new(seed, &["initialisation"]).rng());
         let config = self.config.clone();
-        Ok(vec![DeepQ::new(config, (network, parameters), views.len(), seed, &[])])
+        Ok(vec![DeepQ::new(config, (network, parameters), at_once, seed, &[])])
     }
 
     fn normaliser(&self, _: View) -> Option<Normaliser> {

@@ -256,6 +256,10 @@ training_settings! {
     }
     /// Episodes of training per task, for every learner.
     episodes: u32 = 100, in 1.0..=1e6, unit "episodes";
+    /// Power of the baseline's mean queue at each intersection by which `train` divides its rewards: 0 leaves them, 1 makes
+    /// intersections count equally. It has no effect elsewhere.
+    #[serde(skip_serializing_if = "is_whole")]
+    reward_scale: f64 = 1.0, in 0.0..=1.0, source "our choice";
 }
 
 /// Mean waiting per vehicle above which a controller fails at an intersection, seconds.
@@ -303,6 +307,12 @@ impl InflowSources {
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
 fn is_even(share: &f64) -> bool {
     *share == EVEN_SPLIT
+}
+
+/// Returns whether a power is the default.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_whole(power: &f64) -> bool {
+    *power == 1.0
 }
 
 /// Returns whether a heading is the default.
