@@ -77,8 +77,7 @@ pub(crate) fn with_numbers(scenario: &Scenario, numbers: &Choice<'_>) -> Scenari
     let mut other = serde_json::to_value(scenario).expect("a scenario is plain data");
     for (setting, value) in numbers {
         let (section, name) = setting.split_once('.').unwrap_or_default();
-        let is_whole = value.fract() == 0.0;
-        other[section][name] = if is_whole { (*value as u64).into() } else { (*value).into() };
+        other[section][name] = value.to_string().parse().expect("a number");
     }
     serde_json::from_value(other).expect("the registry's test has made it")
 }

@@ -29,9 +29,7 @@ use std::collections::BTreeMap;
 use super::dual_ring;
 use super::fixed_time::{self, KEPT, PLAN, SIMULATIONS, TUNING, budget};
 use super::webster::fill;
-use super::{
-    ControlError, Controller, Drive, EpisodeOutcome, RingGreens, Setup, SignalSpec, Trainer,
-};
+use super::{ControlError, Controller, Drive, RingGreens, Setup, SignalSpec, Trainer};
 use evaluation::run::method::{Method, Training};
 use evaluation::run::search::{SEARCH_SEED, search};
 use evaluation::settings::setting::settings;
@@ -103,7 +101,8 @@ impl Controller for Retime {
     }
 
     fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
-        let first = self.run(trainer, SEARCH_SEED)?;
+        self.used = 1;
+        let first = trainer.episode(self, SEARCH_SEED)?;
         let finals = 2 * FINAL_SEEDS.count() as u32;
         let most = budget(self.simulations, self.signals.len() as u32).saturating_sub(finals);
         let busiest = first.busiest();
@@ -139,15 +138,6 @@ impl Controller for Retime {
 }
 
 impl Retime {
-    fn run(
-        &mut self,
-        trainer: &mut dyn Trainer,
-        seed: u32,
-    ) -> Result<EpisodeOutcome, ControlError> {
-        self.used += 1;
-        trainer.episode(self, seed)
-    }
-
     /// Finds the greens of one signal while the others keep theirs, and returns the network's delay on the search seed.
     fn tune(
         &mut self,
@@ -161,7 +151,8 @@ impl Retime {
         let by_flow = rings.by_flow(flow_vph, &self.formula);
         let mut simulate = |greens_s: &Vec<f64>| {
             self.greens_s[signal].clone_from(greens_s);
-            self.run(trainer, SEARCH_SEED).map(|played| played.delay_s)
+            self.used += 1;
+            trainer.episode(self, SEARCH_SEED).map(|played| played.delay_s)
         };
         let logs = |_: &Vec<f64>| Some(vec![0.0; rings.groups().len()]);
         let with = |greens_s: &Vec<f64>, logs: &[f64]| rings.with(greens_s, logs);
@@ -176,9 +167,10 @@ impl Retime {
         let found = self.greens_s.clone();
         let mut saved_s = Vec::new();
         for seed in FINAL_SEEDS {
-            let now_s = self.run(trainer, seed)?.delay_s;
+            self.used += 2;
+            let now_s = trainer.episode(self, seed)?.delay_s;
             self.greens_s.iter_mut().for_each(Vec::clear);
-            saved_s.push(self.run(trainer, seed)?.delay_s - now_s);
+            saved_s.push(trainer.episode(self, seed)?.delay_s - now_s);
             self.greens_s.clone_from(&found);
         }
         let count = saved_s.len() as f64;
@@ -303,6 +295,7 @@ impl RingGreens {
 
 #[cfg(test)]
 mod tests {
+    use super::super::EpisodeOutcome;
     use super::super::fixed_time::kept_start;
     use super::super::testing::two_phase_signal;
     use super::*;
