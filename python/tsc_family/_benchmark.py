@@ -20,7 +20,7 @@ from ._native import Error
 from ._place import Path as PathLike
 
 # What is enough to see that a policy works.
-_SMALL = {"eval_seeds": 2, "episodes": 2, "settings": {"demand.horizon_s": 300}}
+_SMALL = {"eval_seeds": 2, "settings": {"demand.horizon_s": 300}}
 
 
 class Benchmark(Result):
@@ -146,13 +146,14 @@ def benchmark(
         raise _host.Loaded
     if observation not in ("idqn", "mplight"):
         raise Error(f"observation={observation!r}: give idqn or mplight; a Controller can see anything")
-    if smoke or scenario == "smoke":
+    smoke = smoke or scenario == "smoke"
+    if smoke:
         scenario, budget, options = "smoke", None, {**_SMALL, **options}
     folder = Path("results") / f"benchmark-{name or _name(policy)}" if out is None else Path(fspath(out))
     called, controllers, models = _as_controllers(policy, name, folder, observation, reward)
     learns = not models and callable(getattr(next(iter(controllers.values())), "train", None))
-    if not learns:
-        options.pop("episodes", None)
+    if smoke and learns:
+        options.setdefault("episodes", 2)
     result = evaluate(controllers, scenario, budget=budget, models=models, out=folder, **options)
     return Benchmark(result, called)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import pickle
+import random
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -63,11 +64,19 @@ class PerPoint(_Acting):
 
     def __init__(self, file: str, function: str, sha256: str, observation: str, reward: str) -> None:
         self.observation, self._reward = observation, reward
+        # The script's folder comes beside that of installed packages, and does not take its place.
+        _host._folders.clear()
         module, _ = _host._load(Path(file))
         self._make: Callable[[Any], Any] = getattr(module, function)
 
     def train(self, env: Training) -> None:
-        self.policy = self._make(env.gym(observation=self.observation, reward=self._reward))
+        gym = env.gym(observation=self.observation, reward=self._reward)
+        seed = self.seed % 2**31
+        random.seed(seed), np.random.seed(seed), gym.action_space.seed(seed)
+        if "torch" in sys.modules:
+            # Workers share the processors.
+            sys.modules["torch"].manual_seed(seed), sys.modules["torch"].set_num_threads(1)
+        self.policy = self._make(gym)
         if not (hasattr(self.policy, "predict") or hasattr(self.policy, "act")):
             raise Error(f"{self._make.__name__} returned {self.policy!r}, which has neither predict(observation) nor act(obs)")
 
