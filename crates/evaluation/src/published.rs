@@ -28,15 +28,15 @@ fn of(scenario: &str, settings: &Value) -> Option<Value> {
     published(scenario, settings["preset"].as_str()?)
 }
 
+/// Scores of methods on every point MDP, and the settings that they have.
+type Known = (Vec<(Input, Vec<f64>)>, Value);
+
 /// Returns the scores of methods that do not learn on every point MDP of a family, and the settings that they have.
 ///
 /// # Errors
 ///
 /// Why they do not fit; `None` where there are none.
-pub fn inputs(
-    family: &MdpFamily,
-    settings: &Value,
-) -> Result<(Vec<(Input, Vec<f64>)>, Value), Option<String>> {
+pub fn inputs(family: &MdpFamily, settings: &Value) -> Result<Known, Option<String>> {
     let mut file = of(&family.name, settings).ok_or(None)?;
     let unfit = |why: &str| Err(Some(format!("published scores do not assist, because {why}")));
     // Results of older versions lack the sections of newer methods.
