@@ -5,7 +5,6 @@
 use serde_json::Value;
 
 use crate::family::{MdpFamily, PointMdp};
-use crate::report::{Report, format};
 use crate::run::domain::Problem;
 use crate::sample::{Choice, Design, Input, Measure, Sampling};
 use crate::store::assisting;
@@ -24,7 +23,8 @@ pub fn published(scenario: &str, preset: &str) -> Option<Value> {
     known.find(|file| file["scenario"] == scenario)
 }
 
-fn of(scenario: &str, settings: &Value) -> Option<Value> {
+/// The same of the preset that settings name.
+pub(crate) fn of(scenario: &str, settings: &Value) -> Option<Value> {
     published(scenario, settings["preset"].as_str()?)
 }
 
@@ -80,47 +80,4 @@ pub fn choice(problem: &dyn Problem, budget: usize) -> Result<Choice, Option<Str
         design: Some(design.assisting()),
         assisting: Some(settings),
     })
-}
-
-/// Compares the methods of a report with their published rows: a sentence on those that agree, and one on those that do not.
-/// Methods with other settings, results of another version or simulator, and joined runs are not compared.
-pub(crate) fn compared(data: &Report) -> Vec<String> {
-    let identity = &data.manifest.identity;
-    let Some(file) = of(&identity.scenario, &identity.settings) else { return Vec::new() };
-    let fits = |there: &Value| assisting::differing(there, &identity.settings).is_empty();
-    let is_other = file["version"] != *identity.tsc_family
-        || file["simulator"] != *identity.simulator
-        || !(fits(&file["settings"]) && data.reference.is_baseline && data.runs.is_none());
-    if is_other {
-        return Vec::new();
-    }
-    let (mut agree, mut differ) = (Vec::new(), Vec::new());
-    let rows = || file["methods"].as_array().into_iter().flatten();
-    let ranked = data.methods.iter().filter(|m| m.rank.is_some() && !m.is_reference);
-    for (m, row) in ranked.filter_map(|m| Some((m, rows().find(|row| row["method"] == *m.method)?)))
-    {
-        let Some((score, interval)) = m.overall.zip(m.interval) else { continue };
-        let number = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
-        let there = (number("score"), (number("low"), number("high")));
-        // Of learners the row has their own settings.
-        if identity.controller(&m.method).is_some() || !row.get("settings").is_none_or(fits) {
-            continue;
-        }
-        let said = |(score, interval)| format::score_within(score, Some(interval));
-        let both = format!("{} {} here, {} there", m.method, said((score, interval)), said(there));
-        if apart((score, interval), there) { &mut differ } else { &mut agree }.push(both);
-    }
-    let of = format!("the published results of version {}", identity.tsc_family);
-    let sentence = |what: &str, all: Vec<String>| {
-        (!all.is_empty()).then(|| format!("{what} {of}: {}.", all.join("; ")))
-    };
-    let differ = sentence("Differs by more than chance from", differ);
-    differ.into_iter().chain(sentence("Agrees with", agree)).collect()
-}
-
-/// Whether two scores differ by more than their intervals explain, which are of the same kind and taken as independent.
-fn apart(a: (f64, (f64, f64)), b: (f64, (f64, f64))) -> bool {
-    let (low, high) = if a.0 < b.0 { (a, b) } else { (b, a) };
-    let reach = (low.1.1 - low.0).hypot(high.0 - high.1.0);
-    high.0 - low.0 > reach
 }

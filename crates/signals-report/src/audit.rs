@@ -275,12 +275,14 @@ mod tests {
         7,pretimed,90,8,2,2,1,SBT SBR,SBL,10,29.9,3.2,1.9,7,18
 ";
 
+    type Lengthened = (Vec<String>, Option<f64>, Vec<f64>);
+
     /// Audits the plan with changes of some of its rows, and with some vehicles per hour. What is found in the plan with legal
     /// clearances comes second, with its cycle, and the splits of both rings before the barriers.
     fn audited(
         changes: &[(&str, &str)],
         [through_vph, left_vph]: [f64; 2],
-    ) -> (Vec<String>, (Vec<String>, Option<f64>, Vec<f64>)) {
+    ) -> (Vec<String>, Lengthened) {
         let mut table = PLAN.replace("        ", "");
         for (from, to) in changes {
             assert!(table.contains(from), "{from}");

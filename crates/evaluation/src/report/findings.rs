@@ -5,9 +5,9 @@ use serde_json::{Map, Value};
 
 use super::figures::sentence;
 use super::format;
+use super::published::compared;
 use super::whole::Report;
 use crate::analysis::{Estimated, LearnerSummary, MethodSummary, Mix, Pair};
-use crate::published::compared;
 use crate::store::assisting;
 use crate::store::dropped::Dropped;
 

@@ -12,6 +12,7 @@ pub mod format;
 mod html;
 pub mod page;
 pub mod palette;
+mod published;
 mod sections;
 pub mod sensitivity;
 pub mod study;

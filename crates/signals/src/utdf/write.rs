@@ -120,6 +120,9 @@ fn in_rings(plan: &ExistingPlan) -> ExistingPlan {
 /// Positions and lengths of the detectors of lane groups by unit and column.
 type Detectors<'a> = BTreeMap<(&'a str, &'a str), Vec<[&'a str; 2]>>;
 
+/// Writes a value of a phase.
+type ToText<'a> = &'a dyn Fn(&PlanPhase) -> String;
+
 /// Returns what a plan says of detectors, as reading UTDF words it; other words are left out.
 fn detectors(plan: &ExistingPlan) -> Detectors<'_> {
     fn detector(text: &str) -> Option<[&str; 2]> {
@@ -127,13 +130,19 @@ fn detectors(plan: &ExistingPlan) -> Detectors<'_> {
         let is_number = at.parse::<f64>().is_ok();
         Some([at, length.strip_suffix(')')?]).filter(|_| is_number)
     }
-    fn group(text: &str) -> Option<((&str, &str), Vec<[&str; 2]>)> {
+    fn group(text: &str) -> Option<Detectors<'_>> {
         let (name, text) = text.split_once(' ')?;
         let (all, unit) = text.rsplit_once(' ')?;
         let all = all.split(", ").map(detector).collect::<Option<Vec<_>>>()?;
-        (["ft", "m"].contains(&unit) && all.len() <= MOST_DETECTORS).then_some(((unit, name), all))
+        (["ft", "m"].contains(&unit) && all.len() <= MOST_DETECTORS)
+            .then(|| BTreeMap::from([((unit, name), all)]))
     }
-    plan.phases.iter().flat_map(|phase| phase.detectors.split("; ")).filter_map(group).collect()
+    plan.phases
+        .iter()
+        .flat_map(|phase| phase.detectors.split("; "))
+        .filter_map(group)
+        .flatten()
+        .collect()
 }
 
 fn lanes<'a>(
@@ -197,7 +206,7 @@ fn phases(text: &mut String, node: u32, plan: &ExistingPlan, most: u32) {
     let flag = |flag: bool| u32::from(flag).to_string();
     let people =
         |p: &PlanPhase, i: usize| p.walk_s.map_or_else(String::new, |both| number(both[i]));
-    let records: [(&str, &dyn Fn(&PlanPhase) -> String); 12] = [
+    let records: [(&str, ToText<'_>); 12] = [
         ("BRP", &|p| format!("{}{}{}", p.barrier, p.ring, p.position)),
         ("MinGreen", &|p| number(p.min_green_s)),
         ("MaxGreen", &|p| number(p.max_green_s)),
