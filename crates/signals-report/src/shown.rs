@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use evaluation::analysis::Analysis;
-use evaluation::report::titles::{differ, with_id};
+use evaluation::report::titles::differ;
 use evaluation::stats::Direction;
 use evaluation::store::Layout;
 use evaluation::store::error::StoreError;
@@ -244,7 +244,8 @@ impl Shown {
             Some(position) => Some(self.title(&data.points[position].row)),
             None => self.streets_alone(point),
         };
-        with_id(title.unwrap_or_else(|| point.to_owned()), point)
+        let other = title.filter(|title| title != point);
+        other.map_or_else(|| point.to_owned(), |title| format!("{title} ({point})"))
     }
 
     /// Returns what every point MDP is called, as [`evaluation::report::csv::Titled`] takes it.

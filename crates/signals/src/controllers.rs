@@ -8,7 +8,7 @@ use basics::units::SECONDS_PER_HOUR;
 use evaluation::run::RunError;
 use evaluation::run::domain::Effort;
 use evaluation::run::method::{Method, TUNED, Training, find};
-use evaluation::run::search::Choice;
+use evaluation::settings::overrides::number;
 use evaluation::settings::setting::NoSettings;
 
 /// The settings of a method, if it has any.
@@ -62,26 +62,6 @@ pub fn setup(scenario: &Scenario, imported: bool, seed: u64) -> Setup {
     Setup { seed, episodes, imported, decision_s, longest_wait_s, nema, fixed_time }
 }
 
-/// Returns the value of a number among the settings, by its section and name.
-pub(crate) fn number(scenario: &Scenario, setting: &str) -> f64 {
-    let sections = scenario.sections();
-    let value = sections.iter().find_map(|(section, settings)| {
-        let name = setting.strip_prefix(section)?.strip_prefix('.')?;
-        Some(settings.ranges().iter().find(|range| range.name == name)?.value)
-    });
-    value.expect("the registry's test has looked it up")
-}
-
-/// Returns a scenario with other numbers among the settings.
-pub(crate) fn with_numbers(scenario: &Scenario, numbers: &Choice<'_>) -> Scenario {
-    let mut other = serde_json::to_value(scenario).expect("a scenario is plain data");
-    for (setting, value) in numbers {
-        let (section, name) = setting.split_once('.').unwrap_or_default();
-        other[section][name] = value.to_string().parse().expect("a number");
-    }
-    serde_json::from_value(other).expect("the registry's test has made it")
-}
-
 /// Returns the episodes that a method is trained or tuned for in a scenario with so many signals, at most:
 /// signals learn together, and tuning has [`budget`].
 fn training_episodes(method: &Method, scenario: &Scenario, signals: u32) -> u32 {
@@ -106,9 +86,6 @@ const FREE_VPH_PER_LANE: f64 = 350.0;
 /// Flow above that which doubles the cost of a vehicle, vehicles per hour and lane.
 const DOUBLING_VPH_PER_LANE: f64 = 400.0;
 
-/// Most times that a queueing vehicle costs as much as one that does not: roads are full then.
-const MAX_CONGESTION: f64 = 3.0;
-
 /// Approaches of a six-feature point MDP.
 const APPROACHES: f64 = 4.0;
 
@@ -126,8 +103,7 @@ pub fn effort(
     let lanes_in = feature("lanes").map_or(1.0, |lanes| (lanes / 2.0).ceil());
     let congestion =
         1.0 + (inflow_vph / lanes_in.max(1.0) - FREE_VPH_PER_LANE).max(0.0) / DOUBLING_VPH_PER_LANE;
-    let vehicle_s = SECONDS_PER_VEHICLE * congestion.min(MAX_CONGESTION);
-    let evaluation_s = SECONDS_PER_EPISODE + vehicles * vehicle_s;
+    let evaluation_s = SECONDS_PER_EPISODE + vehicles * SECONDS_PER_VEHICLE * congestion;
     let decisions = scenario.demand.horizon_s / f64::from(scenario.signal.delta_time_s);
     let training = training_episodes(method, scenario, signals);
     let training_s = evaluation_s + decisions * method.decision_s;

@@ -6,7 +6,7 @@
 use super::control::fixed_time::SETTING;
 use super::control::registry::METHODS;
 use super::control::{ControlError, Controller, Drive, Same, SignalSpec, coordinated, existing};
-use super::controllers::{create, with_numbers};
+use super::controllers::create;
 use super::domain::scenario_of;
 use super::environment::{environment, planned_world};
 use super::model::SignalModel;
@@ -20,6 +20,7 @@ use evaluation::run::domain::{Site, Trial};
 use evaluation::run::fault::TrialError;
 use evaluation::run::method::{Training, find};
 use evaluation::run::model::SavedModel;
+use evaluation::settings::overrides::with_numbers;
 use evaluation::store::Layout;
 use evaluation::store::record::{Metrics, Summary};
 
@@ -66,7 +67,7 @@ pub fn replay<S: Sim>(
     let scenario = scenario_of(site.settings).map_err(input)?;
     let chosen = summary.details.iter();
     let chosen = chosen.filter_map(|(s, v)| Some((s.strip_prefix(SETTING)?, v.parse().ok()?)));
-    let scenario = with_numbers(&scenario, &chosen.collect());
+    let scenario = with_numbers(&scenario, chosen);
     let method = summary.method.as_str();
     let own_program = method == super::control::program::METHOD.name;
     let world = planned_world(site.point, site.prepared, own_program, method);

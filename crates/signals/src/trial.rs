@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::control::fixed_time::{KEPT, SETTING, SIMULATIONS, TUNING};
 use super::control::{ControlError, Controller, EpisodeOutcome, Trainer};
-use super::controllers::{create, number, with_numbers};
+use super::controllers::create;
 use super::env::SignalEnv;
 use super::env::by_movement::MovementTotals;
 use super::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
@@ -19,7 +19,9 @@ use evaluation::run::domain::{Course, Policy, Trial};
 use evaluation::run::fault::TrialError;
 use evaluation::run::method::{Method, Training};
 use evaluation::run::search::{Choice, tune};
-use evaluation::run::together::{TOGETHER, Together};
+use evaluation::run::together::Together;
+use evaluation::settings::overrides::{number, with_numbers};
+use evaluation::stats::objectives::best_and_last;
 use evaluation::store::input_files::InputFiles;
 use evaluation::store::opaque::Opaque;
 use evaluation::store::record::{Metrics, Row, RowKind};
@@ -106,9 +108,6 @@ const LEAST_QUEUE_VEH: f64 = 0.1;
 /// Name of the metric by which rewards are scaled.
 const QUEUE: &str = "queue_veh";
 
-/// Metric of a training episode on several point MDPs: which it was on, from 1, in the order of the manifest.
-const MEMBER: &str = "member";
-
 impl<S: Sim> Trial for SignalTrial<S> {
     fn train(&mut self, course: &mut dyn Course) -> Result<(), TrialError> {
         let Self { envs, together, controller, held, chosen, .. } = self;
@@ -119,7 +118,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
         let Training::Tuned { episodes } = method.training else { return Ok(()) };
         let start = method.tunes.iter().map(|(s, _)| (*s, number(&scenario, s))).collect();
         let make = |choice: &Choice<'_>| {
-            let other = with_numbers(&scenario, choice);
+            let other = with_numbers(&scenario, choice.iter().copied());
             let controller = create(method.name, &other, imported, seed);
             (other.signal.delta_time_s, controller.expect("it was made before"))
         };
@@ -175,14 +174,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
     fn details(&self) -> BTreeMap<String, String> {
         let mut details = self.controller.details();
         details.extend(self.chosen.clone());
-        for (member, [delay_s, scale]) in self.together.members.iter().zip(&self.together.baseline)
-        {
-            let said = format!(
-                "weight {}, baseline {delay_s} s, rewards times {scale}",
-                member.importance
-            );
-            details.insert(format!("{TOGETHER} {}", member.point), said);
-        }
+        details.extend(self.together.details());
         let rings = self.envs[0].dual_rings();
         details.extend(rings.map(|(signal, phases)| (format!("{PHASES}{signal}"), phases)));
         details.extend(self.standing.iter().map(|text| (STANDING.to_owned(), text.clone())));
@@ -192,11 +184,8 @@ impl<S: Sim> Trial for SignalTrial<S> {
     /// What the signals ran: programs, or phases in two rings; nothing where a controller decides.
     fn programs(&self) -> Opaque {
         let programs = self.envs[0].programs();
-        if programs.is_empty() || self.envs.len() > 1 {
-            Opaque::default()
-        } else {
-            Opaque::of(&programs)
-        }
+        let is_one = self.envs.len() == 1 && !programs.is_empty();
+        if is_one { Opaque::of(&programs) } else { Opaque::default() }
     }
 
     /// Results by movement, means over the evaluation episodes, where ways of vehicles are known; else those by street, where
@@ -303,7 +292,8 @@ impl<S: Sim> Trainer for School<'_, S> {
         for (name, value) in controller.figures().into_iter().filter(|(_, v)| is_usable(*v)) {
             metrics.entry(name).or_insert(value);
         }
-        metrics.extend(member.map(|member| (MEMBER.to_owned(), (member + 1) as f64)));
+        // Which it was on, from 1, in the order of the manifest.
+        metrics.extend(member.map(|member| ("member".to_owned(), (member + 1) as f64)));
         self.course.episode(seed, metrics);
         Ok(outcome)
     }
@@ -349,18 +339,12 @@ impl<S: Sim> Trainer for School<'_, S> {
 ///
 /// Source: RESCO, utils/graph.py (the minimum of the curve for learners, the mean for others).
 fn resco(rows: &[Row]) -> Metrics {
-    let delays: Vec<f64> = (rows.iter())
-        .filter(|r| r.kind == RowKind::Training)
-        .filter_map(|r| r.metrics.get(DELAY).copied())
-        .collect();
-    if delays.is_empty() {
-        return Metrics::new();
-    }
-    let last = &delays[delays.len().saturating_sub(RESCO_LAST)..];
-    Metrics::from([
-        ("resco_best_delay_s".to_owned(), delays.iter().copied().fold(f64::INFINITY, f64::min)),
-        ("resco_last_ten_delay_s".to_owned(), last.iter().sum::<f64>() / last.len() as f64),
-    ])
+    let training = rows.iter().filter(|row| row.kind == RowKind::Training);
+    let delays: Vec<f64> = training.filter_map(|r| r.metrics.get(DELAY).copied()).collect();
+    let both = best_and_last(&delays, RESCO_LAST).into_iter();
+    let both = both
+        .flat_map(|both| ["resco_best_delay_s", "resco_last_ten_delay_s"].into_iter().zip(both));
+    both.map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 /// Returns the metrics of the episode of a seed by name.

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use serde_json::{Value, json};
 
 use super::sections::Sections;
-use super::titles::{differ, with_id};
+use super::titles::differ;
 use super::words::Words;
 use crate::analysis::joined::{Joined, Source};
 use crate::analysis::{Analysis, AnalysisError, Mix};
@@ -135,7 +135,8 @@ impl Report {
 
     /// Returns what a point MDP is called with its id behind it, for those who have to type that.
     pub(super) fn called(&self, point: &str) -> String {
-        with_id(self.title_of(point), point)
+        let title = self.title_of(point);
+        if title == point { title } else { format!("{title} ({point})") }
     }
 }
 

@@ -56,6 +56,15 @@ impl Together {
         is_whole.then_some(this).ok_or_else(|| format!("{TOGETHER}: no run writes such members"))
     }
 
+    /// Returns what a record says of the members, by their names.
+    pub fn details(&self) -> impl Iterator<Item = (String, String)> + '_ {
+        self.members.iter().zip(&self.baseline).map(|(member, [objective, scale])| {
+            let weight = member.importance;
+            let said = format!("weight {weight}, baseline {objective}, rewards times {scale}");
+            (format!("{TOGETHER} {}", member.point), said)
+        })
+    }
+
     /// Returns the mean over the members of what was measured on each, and how many are worse than the baseline.
     pub fn mean(&self, all: &[Metrics], objective: &str) -> Metrics {
         let shares = self.members.iter().zip(&self.baseline).map(|(m, b)| m.importance / b[0]);

@@ -2,6 +2,8 @@
 
 use std::str::FromStr;
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::named::{Named, names_of};
@@ -17,6 +19,34 @@ pub struct Override {
     flag: String,
     path: Vec<String>,
     value: Value,
+}
+
+/// Returns the value of a number among settings, by its section and name.
+///
+/// # Panics
+///
+/// Where there is none; a domain looks up names that it has declared.
+pub fn number<S: Serialize>(settings: &S, name: &str) -> f64 {
+    let value = serde_json::to_value(settings).expect("settings are plain data");
+    let (section, name) = name.split_once('.').unwrap_or_default();
+    value[section][name].as_f64().expect("a setting that the domain has declared")
+}
+
+/// Returns settings with other numbers, by section and name.
+///
+/// # Panics
+///
+/// Where one is no value of its setting; a domain has declared both.
+pub fn with_numbers<'a, S: Serialize + DeserializeOwned>(
+    settings: &S,
+    numbers: impl IntoIterator<Item = (&'a str, f64)>,
+) -> S {
+    let mut other = serde_json::to_value(settings).expect("settings are plain data");
+    for (setting, value) in numbers {
+        let (section, name) = setting.split_once('.').unwrap_or_default();
+        other[section][name] = value.to_string().parse().expect("a number");
+    }
+    serde_json::from_value(other).expect("values that the domain has declared")
 }
 
 impl Override {

@@ -3,6 +3,12 @@
 use super::StatsError;
 use super::score::mean;
 
+/// Returns the least of some values, and the mean of the last ones; `None` where there are none.
+pub fn best_and_last(values: &[f64], last: usize) -> Option<[f64; 2]> {
+    let best = values.iter().copied().reduce(f64::min)?;
+    Some([best, mean(&values[values.len().saturating_sub(last)..])?])
+}
+
 /// What was measured on one point MDP.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointObjectives {

@@ -52,9 +52,9 @@ methods!(describe);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::controllers::{number, with_numbers};
     use crate::settings::defaults;
     use evaluation::run::search::Choice;
+    use evaluation::settings::overrides::{number, with_numbers};
 
     #[test]
     fn a_method_s_file_and_its_section_have_its_name() {
@@ -72,7 +72,7 @@ mod tests {
             assert_eq!(method.decision_s > 0.0, learns, "{name}: what does its training cost?");
             assert!(method.settings.iter().all(|s| !s.summary().is_empty()), "{name}");
             let last: Choice = method.tunes.iter().map(|(s, values)| (*s, values[0])).collect();
-            let other = with_numbers(&defaults(), &last);
+            let other = with_numbers(&defaults(), last.iter().copied());
             assert!(last.iter().all(|(s, value)| number(&other, s) == *value), "{name}");
             if let Training::Tuned { episodes } = method.training {
                 assert!(number(&defaults(), episodes) > 0.0, "{name}");

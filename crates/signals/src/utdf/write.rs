@@ -1,14 +1,11 @@
 //! Plans as UTDF, for Synchro to merge into the network that they belong to: `[Lanes]` with the phases of movements,
-//! `[Timeplans]` and `[Phases]`. Nodes, links and volumes stay those of the network. A stage of two numbers, such as 2+6, is a
-//! phase of each ring between two barriers, whose movements all have both.
+//! `[Timeplans]` and `[Phases]`. Nodes, links and volumes stay those of the network.
 //!
 //! Only settings that plans have are written. Of what plans do not have, Synchro keeps the settings of the network: gap
-//! reduction, calls of pedestrians, the master, the yield point, locked timings, nodes of the controller,
+//! reduction, detectors, calls of pedestrians, the master, the yield point, locked timings, nodes of the controller,
 //! units.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use super::plans::{MOST_DETECTORS, MOST_OF_MOVEMENT, PEOPLE};
+use super::plans::{MOST_OF_MOVEMENT, PEOPLE};
 use crate::existing::{Control, ExistingPlan, PlanPhase};
 
 /// Columns of movements, in UTDF's order.
@@ -22,21 +19,13 @@ const LEAST_PHASES: u32 = 8;
 
 /// Returns plans by the number of their node as UTDF.
 pub fn to_utdf(plans: &[(u32, ExistingPlan)]) -> Result<String, String> {
-    let plans: Vec<(u32, ExistingPlan)> = plans.iter().map(|(n, p)| (*n, in_rings(p))).collect();
-    for (node, plan) in &plans {
+    for (node, plan) in plans {
         check(plan).map_err(|reason| format!("node {node}: {reason}"))?;
     }
     let mut text = "[Network]\nNetwork Settings\nRECORDNAME,DATA\nUTDFVERSION,8\n".to_owned();
-    let of_detectors: Vec<Detectors<'_>> = plans.iter().map(|(_, plan)| detectors(plan)).collect();
-    let unit = of_detectors.iter().flat_map(|of| of.keys()).map(|(unit, _)| *unit).next();
-    if let Some(unit) = unit {
-        text.push_str(&format!("Metric,{}\n", u32::from(unit == "m")));
-    }
     text.push_str("\n[Lanes]\nLane Group Data\n");
     text.push_str(&format!("RECORDNAME,INTID,{},{PEOPLE}\n", MOVEMENTS.join(",")));
-    for ((node, plan), detectors) in plans.iter().zip(&of_detectors) {
-        lanes(&mut text, *node, plan, &|name| detectors.get(&(unit?, name)));
-    }
+    plans.iter().for_each(|(node, plan)| lanes(&mut text, *node, plan));
     text.push_str("\n[Timeplans]\nTiming Plan Settings\nRECORDNAME,INTID,DATA\n");
     plans.iter().for_each(|(node, plan)| times(&mut text, *node, plan));
     text.push_str("\n[Phases]\nPhasing Data\nRECORDNAME,INTID");
@@ -88,90 +77,21 @@ fn number(value: f64) -> String {
     ((value * 1000.0).round() / 1000.0).to_string()
 }
 
-/// Returns a plan whose stages of two numbers are a phase of each ring, if every number has one stage of one ring and UTDF can
-/// say it; else stages keep one of their numbers.
-fn in_rings(plan: &ExistingPlan) -> ExistingPlan {
-    let numbers = |p: &PlanPhase| [Some(p.number), p.also].into_iter().flatten();
-    let all: Vec<u32> = plan.phases.iter().flat_map(numbers).collect();
-    let is_once = all.iter().collect::<BTreeSet<_>>().len() == all.len();
-    let (mut one, mut both) = (plan.clone(), plan.clone());
-    one.phases.iter_mut().for_each(|phase| phase.also = None);
-    if all.len() == plan.phases.len() || !is_once || plan.phases.iter().any(|p| p.ring > 1) {
-        return one;
-    }
-    let held = plan.phases.iter().filter(|p| plan.reference.contains(&p.number));
-    both.reference = held.flat_map(numbers).take(2).collect();
-    both.phases.sort_by_key(|stage| (stage.barrier, stage.position));
-    let phases = |(barrier, stage): (u32, &PlanPhase)| {
-        let of = |(number, ring)| PlanPhase {
-            number,
-            also: None,
-            ring,
-            barrier,
-            position: 1,
-            ..stage.clone()
-        };
-        numbers(stage).zip(1..).map(of).collect::<Vec<_>>()
-    };
-    both.phases = (1..).zip(&both.phases).flat_map(phases).collect();
-    if check(&both).is_ok() { both } else { one }
-}
-
-/// Positions and lengths of the detectors of lane groups by unit and column.
-type Detectors<'a> = BTreeMap<(&'a str, &'a str), Vec<[&'a str; 2]>>;
-
 /// Writes a value of a phase.
 type ToText<'a> = &'a dyn Fn(&PlanPhase) -> String;
 
-/// Returns what a plan says of detectors, as reading UTDF words it; other words are left out.
-fn detectors(plan: &ExistingPlan) -> Detectors<'_> {
-    fn detector(text: &str) -> Option<[&str; 2]> {
-        let (at, length) = text.split_once(" (").unwrap_or((text, ")"));
-        let is_number = at.parse::<f64>().is_ok();
-        Some([at, length.strip_suffix(')')?]).filter(|_| is_number)
-    }
-    fn group(text: &str) -> Option<Detectors<'_>> {
-        let (name, text) = text.split_once(' ')?;
-        let (all, unit) = text.rsplit_once(' ')?;
-        let all = all.split(", ").map(detector).collect::<Option<Vec<_>>>()?;
-        (["ft", "m"].contains(&unit) && all.len() <= MOST_DETECTORS)
-            .then(|| BTreeMap::from([((unit, name), all)]))
-    }
-    plan.phases
-        .iter()
-        .flat_map(|phase| phase.detectors.split("; "))
-        .filter_map(group)
-        .flatten()
-        .collect()
-}
-
-fn lanes<'a>(
-    text: &mut String,
-    node: u32,
-    plan: &ExistingPlan,
-    detectors: &dyn Fn(&'static str) -> Option<&'a Vec<[&'a str; 2]>>,
-) {
-    let mut row = |name: String, cell: &dyn Fn(&'static str) -> Option<String>| {
-        let columns = MOVEMENTS.into_iter().chain([PEOPLE]);
-        let cells: Vec<String> = columns.map(|name| cell(name).unwrap_or_default()).collect();
-        // An empty record would empty that of the network.
-        if cells.iter().any(|cell| !cell.is_empty()) {
-            record(text, &name, node, cells.into_iter());
-        }
-    };
+fn lanes(text: &mut String, node: u32, plan: &ExistingPlan) {
     for (kind, yields) in [("Phase", false), ("PermPhase", true)] {
         for n in 0..MOST_OF_MOVEMENT {
-            row(format!("{kind}{}", n + 1), &|name| {
-                let phase = plan.phases.iter().filter(|p| serves(p, name, yields)).nth(n)?;
-                Some(phase.number.to_string())
-            });
-        }
-    }
-    row("numDetects".to_owned(), &|name| Some(detectors(name)?.len().to_string()));
-    for n in 0..MOST_DETECTORS {
-        for (i, kind) in ["DetectPos", "DetectSize"].into_iter().enumerate() {
-            let cell = |name| Some(detectors(name)?.get(n)?[i].to_owned());
-            row(format!("{kind}{}", n + 1), &cell);
+            let cell = |name: &str| {
+                let phase = plan.phases.iter().filter(|p| serves(p, name, yields)).nth(n);
+                phase.map(|phase| phase.number.to_string()).unwrap_or_default()
+            };
+            let cells: Vec<String> = MOVEMENTS.into_iter().chain([PEOPLE]).map(cell).collect();
+            // An empty record would empty that of the network.
+            if cells.iter().any(|cell| !cell.is_empty()) {
+                record(text, &format!("{kind}{}", n + 1), node, cells.into_iter());
+            }
         }
     }
 }
@@ -248,15 +168,11 @@ mod tests {
     proptest::proptest! {
         #![proptest_config(proptest::test_runner::Config::with_cases(64))]
         #[test]
-        fn plans_that_were_written_read_back_as_the_same(plan in plans(), detected: bool) {
-            let mut expected = in_rings(&plan);
+        fn plans_that_were_written_read_back_as_the_same(plan in plans()) {
+            let mut expected = plan.clone();
+            expected.phases.iter_mut().for_each(|phase| phase.also = None);
             expected.phases.sort_by_key(|phase| phase.number);
-            // They stand at the first phase of a lane group.
-            let served = expected.phases.iter_mut().find(|phase| !phase.movements.is_empty());
-            if let Some(phase) = served.filter(|_| detected) {
-                phase.detectors = format!("{} 0 (40), 120 ft", phase.movements[0]);
-            }
-            let text = to_utdf(&[(1, if detected { expected.clone() } else { plan })]);
+            let text = to_utdf(&[(1, plan)]);
             proptest::prop_assume!(text.is_ok());
             let mut back = Utdf::default();
             back.add(without_plans().as_bytes(), "n.csv").unwrap();
@@ -272,13 +188,10 @@ mod tests {
         let mut plan = plan(Control::Coordinated);
         plan.phases.push(phase(9, [1, 1, 3], ""));
         (plan.phases[6].walk_s, plan.cycle_s) = (Some([7.0, 13.0]), Some(86.0));
-        plan.phases[0].detectors = "SBL 0 (40), 120 ft".to_owned();
         let text = to_utdf(&[(7, plan)]).unwrap();
         for line in [
             "Phase1,7,5,2,2,1,6,6,,4,4,,8,8,,,,,,,,,,,,,9",
             "PermPhase1,7,,,,,,,4,,,8,,,,,,,,,,,,,,,",
-            "DetectPos2,7,,,,120,,,,,,,,,,,,,,,,,,,,,",
-            "Metric,0",
             "Control Type,7,3",
             "Cycle Length,7,86",
             "Reference Phase,7,206",
