@@ -68,7 +68,7 @@ fn training_episodes(method: &Method, scenario: &Scenario, signals: u32) -> u32 
     match method.training {
         Training::None => 0,
         Training::Learned => scenario.training.episodes,
-        Training::Tuned { episodes } => budget(number(scenario, episodes) as u32, signals),
+        Training::Tuned { episodes: n } => budget(number(&scenario.sections(), n) as u32, signals),
     }
 }
 

@@ -116,13 +116,14 @@ impl<S: Sim> Trial for SignalTrial<S> {
             return Ok(controller.train(&mut school)?);
         };
         let Training::Tuned { episodes } = method.training else { return Ok(()) };
-        let start = method.tunes.iter().map(|(s, _)| (*s, number(&scenario, s))).collect();
+        let start =
+            method.tunes.iter().map(|(s, _)| (*s, number(&scenario.sections(), s))).collect();
         let make = |choice: &Choice<'_>| {
             let other = with_numbers(&scenario, choice.iter().copied());
             let controller = create(method.name, &other, imported, seed);
             (other.signal.delta_time_s, controller.expect("it was made before"))
         };
-        let (mut used, most) = (0, number(&scenario, episodes) as u32);
+        let (mut used, most) = (0, number(&scenario.sections(), episodes) as u32);
         let choice = tune(&start, method.tunes, most, &mut |choice, seed| {
             used += 1;
             (school.envs[0].signal_settings.delta_time_s, *controller) = make(choice);

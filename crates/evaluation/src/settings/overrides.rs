@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::named::{Named, names_of};
+use super::setting::Section;
 use super::wording::explain;
 use crate::family::error::FamilyError;
 
@@ -26,10 +27,12 @@ pub struct Override {
 /// # Panics
 ///
 /// Where there is none; a domain looks up names that it has declared.
-pub fn number<S: Serialize>(settings: &S, name: &str) -> f64 {
-    let value = serde_json::to_value(settings).expect("settings are plain data");
-    let (section, name) = name.split_once('.').unwrap_or_default();
-    value[section][name].as_f64().expect("a setting that the domain has declared")
+pub fn number(sections: &[(&str, &dyn Section)], setting: &str) -> f64 {
+    let value = |(section, settings): &(&str, &dyn Section)| {
+        let name = setting.strip_prefix(section)?.strip_prefix('.')?;
+        Some(settings.ranges().iter().find(|range| range.name == name)?.value)
+    };
+    sections.iter().find_map(value).expect("a setting that the domain has declared")
 }
 
 /// Returns settings with other numbers, by section and name.

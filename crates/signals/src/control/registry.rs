@@ -73,9 +73,9 @@ mod tests {
             assert!(method.settings.iter().all(|s| !s.summary().is_empty()), "{name}");
             let last: Choice = method.tunes.iter().map(|(s, values)| (*s, values[0])).collect();
             let other = with_numbers(&defaults(), last.iter().copied());
-            assert!(last.iter().all(|(s, value)| number(&other, s) == *value), "{name}");
+            assert!(last.iter().all(|(s, value)| number(&other.sections(), s) == *value), "{name}");
             if let Training::Tuned { episodes } = method.training {
-                assert!(number(&defaults(), episodes) > 0.0, "{name}");
+                assert!(number(&defaults().sections(), episodes) > 0.0, "{name}");
             }
         }
     }

@@ -15,10 +15,9 @@ impl ExistingPlan {
         let walk = |(phase, state): (&PlanPhase, &String)| phase.walk_s.map(|_| state.clone());
         let walks: Vec<Option<String>> = self.phases.iter().zip(states).map(walk).collect();
         let walkers: Vec<_> = (0..n).map(|c| timing.walker(&walks, c)).collect();
-        let length_m = |c: &usize| timing.crosswalk_m(*c);
         let of = |phase: usize| {
             let own = (0..n).filter(|c| walkers[*c] == Some(phase));
-            own.max_by(|a, b| length_m(a).total_cmp(&length_m(b)))
+            own.max_by(|a, b| timing.crosswalk_m(*a).total_cmp(&timing.crosswalk_m(*b)))
         };
         (0..walks.len()).map(of).collect()
     }
