@@ -7,11 +7,10 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::Light;
 use super::senses::{Senses, View};
 use super::state::{lane_rows, lanes, wait_reward};
-use super::{
-    ControlError, Controller, Drive, GreenPhase, Light, Observation, Setup, SignalSpec, Trainer,
-};
+use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
 use basics::seed;
 use learners::nn::archive::{Archive, ArchiveError};
 use learners::nn::state::State as _;
@@ -434,9 +433,7 @@ impl<L: Learner> Controller for Learning<L> {
 
     fn learn_on(&mut self, places: Vec<Vec<SignalSpec>>) -> Result<(), ControlError> {
         if !L::IS_SHARED || self.senses.is_some() {
-            let reason =
-                "only mplight and mplight-star share what they learn on several point MDPs";
-            return Err(self.own(reason.to_owned()));
+            return Err(self.own("it shares nothing between several point MDPs".to_owned()));
         }
         self.places = places;
         Ok(())
@@ -512,8 +509,8 @@ impl<L: Learner> Controller for Learning<L> {
     }
 }
 
-/// Returns the phase that has to be next: of those that were not shown for longer than the longest wait, that with the vehicle
-/// that has waited longest, if that is longer too. A movement waits for the phases that serve it best.
+/// Returns the phase that has to be next while a vehicle has waited too long: phases that serve such vehicles best take turns,
+/// each for its share of the longest wait at most. One green now and then would not empty a long queue.
 fn overdue(
     signal: &SignalSpec,
     seen: &Observation,
@@ -530,9 +527,12 @@ fn overdue(
         let lanes = served.flat_map(|m| &signal.movements[m].lanes);
         lanes.map(|lane| seen.lanes[*lane].max_wait_s).fold(0.0, f64::max)
     };
-    let is_late = |phase: &usize| unshown_s[*phase] > longest_s && wait_s(phase) > longest_s;
-    let late = (0..signal.phases.len()).filter(|phase| longest_s > 0.0 && is_late(phase));
-    late.max_by(|a, b| wait_s(a).total_cmp(&wait_s(b)))
+    let waits = |phase: &usize| longest_s > 0.0 && wait_s(phase) > longest_s;
+    let others = || (0..signal.phases.len()).filter(|phase| *phase != seen.phase);
+    let shown_s = others().map(|phase| unshown_s[phase]).fold(f64::INFINITY, f64::min);
+    let stays = shown_s < longest_s / signal.phases.len() as f64 && waits(&seen.phase);
+    let next = || others().filter(waits).max_by(|a, b| unshown_s[*a].total_cmp(&unshown_s[*b]));
+    if stays { Some(seen.phase) } else { next() }
 }
 
 /// Returns senses that see something of their own of a signal.
@@ -633,9 +633,9 @@ mod tests {
             seen.lanes.iter_mut().for_each(|lane| lane.max_wait_s = wait_s);
             overdue(&signal, &seen, &mut unshown_s, [10.0, longest_s])
         };
-        assert_eq!([20.0, 30.0, 40.0].map(|wait| next(0, wait, 25.0)), [None, None, Some(1)]);
+        assert_eq!([20.0, 30.0, 40.0].map(|wait| next(0, wait, 25.0)), [None, Some(1), Some(1)]);
         assert_eq!([(20.0, 25.0), (90.0, 0.0)].map(|(wait, most)| next(0, wait, most)), [None; 2]);
-        assert_eq!([90.0; 3].map(|wait| next(1, wait, 25.0)), [None, None, Some(0)]);
+        assert_eq!([90.0; 3].map(|wait| next(1, wait, 25.0)), [Some(1), Some(0), Some(0)]);
     }
 
     #[test]

@@ -115,9 +115,8 @@ settings! {
         /// Longest green; without it there is no limit.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         max_green_s: Option<u32> = None, in 1.0..=3600.0, unit "s";
-        /// Time after which methods that learn must serve who waits: if a vehicle has waited longer and the phase that serves
-        /// it best was not shown for as long, this phase is next. 0 leaves it to them. It holds in training and for saved
-        /// models.
+        /// Time after which methods that learn must serve who waits: while a vehicle has waited longer, the phases that serve
+        /// such vehicles best take turns. 0 leaves it to them. It holds in training and for saved models.
         #[serde(skip_serializing_if = "is_zero")]
         longest_wait_s: f64 = 0.0, in 0.0..=3600.0, unit "s", source "our choice";
         /// Whether greens beside a crosswalk last until pedestrians have crossed. If consecutive greens serve one
