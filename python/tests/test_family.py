@@ -17,7 +17,7 @@ def test_the_carried_family_has_arrays_with_names_and_units():
 
 def test_a_sample_is_that_of_the_command(tsc_family, tmp_path):
     sample = tf.sample("salt-lake-city", 20, seed=3)
-    out = tsc_family("run", "--budget", "20", "--seed", "3", "--dry-run", "--json")
+    out = tsc_family("run", "--budget", "20", "--sampling", "balanced", "--seed", "3", "--dry-run", "--json")
     assert out.returncode == 0, out.stderr
     import json
 

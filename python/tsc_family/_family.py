@@ -236,7 +236,8 @@ def sample(
 
     ``sampling`` is ``balanced``, ``bayesian-quadrature``, ``k-means`` (M3), ``with-replacement`` (M1),
     ``without-replacement`` (M2) or ``all``. ``known`` has scores of cheap methods on every point MDP: a balanced sample and
-    one by Bayesian quadrature are then spread over them too. The same seed chooses the same points, as ``tsc-family run --seed`` does.
+    one by Bayesian quadrature are then spread over them too. The same seed chooses the same
+    points, as ``tsc-family run --sampling ... --seed`` does.
     """
     family = _as_family(family)
     known = dict(known or {})
