@@ -80,11 +80,14 @@ echo '#SBATCH --time=2' >lines
 long=(smoke --methods idqn --episodes 400 --eval-seeds 2)
 "$binary" run "${long[@]}" --out alone --quiet &
 "$binary" run "${long[@]}" --out slurm --executor slurm --sbatch lines --job-minutes 0.02
-end=$((SECONDS + 1800))
+end=$((SECONDS + 1800)) before=
 until "$binary" status slurm >/dev/null; do
     [ "$SECONDS" -lt "$end" ] || { tail -n 30 "$slurm"/log/* slurm/jobs/*/out/* >&2; exit 1; }
-    # Slurm lets two minutes pass before a job that has put itself back into the queue starts again.
-    squeue -h -t pending -o '%i %r' | sed -n 's/ BeginTime$//p' | xargs -rI{} scontrol update JobId={} StartTime=now || true
+    # Slurm lets two minutes pass before a job that has put itself back into the queue starts again. One that was not there
+    # at the last look may still be ending.
+    now=$(squeue -h -t pending -o '%i %r' | sed -n 's/ BeginTime$//p' | sort)
+    comm -12 - <(printf '%s\n' "$now") <<<"$before" | xargs -rI{} scontrol update JobId={} StartTime=now || true
+    before=$now
     sleep 5
 done
 wait %1
