@@ -209,4 +209,14 @@ mod tests {
         let contest = Contest::of(methods, 7, Direction::Lower);
         assert_eq!(contest.outcome(contest.resampled(0), contest.resampled(1)), None);
     }
+
+    #[test]
+    fn a_lead_on_the_next_alone_decides_nothing() {
+        // The third has the worse mean than the second, but is the best on one of the seeds.
+        let (first, second): (&[f64], &[f64]) = (&[2.0, 3.0, 4.0], &[5.0, 6.0, 7.0]);
+        let third: &[f64] = &[1.0, 9.0, 20.0];
+        assert_eq!(outcome(Direction::Lower, &[first, second]), Some((1.0, true)));
+        let (probability, decided) = outcome(Direction::Lower, &[first, second, third]).unwrap();
+        assert!(probability < 0.95 && !decided, "{probability}");
+    }
 }

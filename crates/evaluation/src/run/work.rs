@@ -648,11 +648,49 @@ mod tests {
     }
 
     #[test]
+    fn a_killed_training_goes_on_to_the_record_and_model_of_one_that_was_never_killed() {
+        let (never_killed, record) = whole();
+        let mut desk = Desk::new();
+        for dies_after in [Some(1), Some(5), Some(12)] {
+            let learner = Counting { dies_after, ..Counting::of(12) };
+            desk.work(learner, Duration::ZERO).unwrap_err();
+            assert!(desk.checkpoint().exists());
+        }
+        let resumed = desk.work(Counting::of(12), Duration::ZERO).unwrap();
+        assert_eq!(resumed.rows, record.rows);
+        assert_eq!(resumed.summary.checksum, record.summary.checksum);
+        assert_eq!(desk.model(), never_killed.model());
+        assert!(!desk.checkpoint().exists());
+        // Every attempt says first how far the last one came.
+        assert_eq!(desk.episodes[..7], [1, 1, 2, 3, 4, 5, 5]);
+        assert_eq!(desk.notes.last().unwrap(), "training continues after episode 12");
+        assert_ne!(record.rows[0].metrics["score"], record.rows[1].metrics["score"]);
+    }
+
+    #[test]
     fn no_checkpoint_is_written_before_its_time() {
         let mut desk = Desk::new();
         let learner = Counting { dies_after: Some(3), ..Counting::of(12) };
         desk.work(learner, Duration::from_secs(60)).unwrap_err();
         assert!(!desk.checkpoint().exists());
+    }
+
+    #[test]
+    fn a_checkpoint_of_another_task_is_named_and_training_starts_from_the_beginning() {
+        let (_, record) = whole();
+        let mut desk = Desk::new();
+        let learner = Counting { dies_after: Some(3), ..Counting::of(12) };
+        desk.task.task += 1;
+        desk.work(learner, Duration::ZERO).unwrap_err();
+        let foreign = desk.checkpoint();
+        desk.task.task -= 1;
+        fs::rename(foreign, desk.checkpoint()).unwrap();
+        desk.episodes.clear();
+        let again = desk.work(Counting::of(12), Duration::ZERO).unwrap();
+        assert_eq!(again.summary.checksum, record.summary.checksum);
+        assert_eq!(desk.episodes[0], 1);
+        let note = &desk.notes[0];
+        assert!(note.contains("is not used: another build, manifest or task"), "{note}");
     }
 
     #[test]

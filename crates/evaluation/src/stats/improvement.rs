@@ -130,5 +130,10 @@ mod tests {
             prop_assert!((mean(&values).unwrap() - whole).abs() < 1e-9);
         }
 
+        #[test]
+        fn the_two_probabilities_of_a_pair_sum_to_one(x in table(), y in table()) {
+            let p = |a: &[Vec<f64>], b: &[Vec<f64>]| share_better(&a.concat(), &b.concat(), Direction::Higher);
+            prop_assert!((p(&x, &y).unwrap() + p(&y, &x).unwrap() - 1.0).abs() < 1e-12);
+        }
     }
 }

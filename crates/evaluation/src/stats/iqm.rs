@@ -52,6 +52,19 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn of(values: &[f64]) -> f64 {
+        interquartile_mean(values.iter().map(|v| (0.1, *v))).unwrap()
+    }
+
+    #[test]
+    fn a_quarter_is_cut_from_either_end_rounded_down() {
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        close(of(&[1.0, 2.0, 4.0, 99.0]), 3.0);
+        close(of(&[99.0, 1.0, 2.0, 3.0, 4.0]), 3.0);
+        close(of(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 99.0]), 4.0);
+        close(of(&[1.0, 2.0, 9.0]), 4.0);
+    }
+
     #[test]
     fn a_score_across_a_cut_counts_with_the_weight_inside() {
         // An eighth of the weight is below 2, so that half of 2's weight is cut.
