@@ -58,19 +58,18 @@ pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
         args.results.iter().partition(|path| is_run(path) || !path.is_dir());
     let in_folders =
         found(&folders)?.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
-    let mut runs: Vec<(String, Results)> =
-        given.into_iter().map(|path| read(path)).collect::<Result<_, _>>()?;
+    let mut runs = given.into_iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
     if runs.is_empty() {
         return leaderboard(in_folders, args);
     }
     let left_out = add_fitting(&mut runs, &in_folders);
-    if let ([(first, _)], false) = (&runs[..], in_folders.is_empty()) {
+    if let ([first], false) = (&runs[..], in_folders.is_empty()) {
         left_out.into_iter().for_each(note);
         let shown: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
         return refuse(format!(
-            "none of the runs in {} can be compared with {first}; run its methods on the point MDPs, preset and seeds of one \
-             of them",
-            shown.join(", ")
+            "none of the runs in {} can be compared with {}; run its methods on the point MDPs, preset and seeds of one of them",
+            shown.join(", "),
+            first.path
         ));
     }
     if runs.len() < 2 {
@@ -97,21 +96,21 @@ pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
 }
 
 /// Prints a ranking per group of runs that can be compared, those of the largest samples first.
-fn leaderboard(mut all: Vec<(String, Results)>, args: &CompareArgs) -> anyhow::Result<u8> {
+fn leaderboard(mut all: Vec<Source>, args: &CompareArgs) -> anyhow::Result<u8> {
     if args.out.is_some() {
         return refuse(
             "a leaderboard has no page; before the folders, name a run with which theirs are compared",
         );
     }
-    all.sort_by_key(|(_, run)| Reverse(run.manifest.identity.points.len()));
+    all.sort_by_key(|run| Reverse(run.results.manifest.identity.points.len()));
     let mut ranked = BTreeSet::new();
     for first in &all {
-        if ranked.contains(&first.1.sha256) {
+        if ranked.contains(&first.results.sha256) {
             continue;
         }
         let mut group = vec![first.clone()];
         add_fitting(&mut group, &all);
-        ranked.extend(group.iter().map(|(_, run)| run.sha256.clone()));
+        ranked.extend(group.iter().map(|run| run.results.sha256.clone()));
         let data = joined(group, &args.mix)?;
         let (identity, runs) = (&data.manifest.identity, data.runs.as_ref());
         let runs = runs.expect("it compares runs");
@@ -131,20 +130,22 @@ fn leaderboard(mut all: Vec<(String, Results)>, args: &CompareArgs) -> anyhow::R
     Ok(exit::DONE)
 }
 
-fn joined(runs: Vec<(String, Results)>, mix: &MixArgs) -> anyhow::Result<Report> {
-    let joined = join(Source::named(runs.clone()), &known(&runs))?;
+fn joined(runs: Vec<Source>, mix: &MixArgs) -> anyhow::Result<Report> {
+    let known = known(&runs);
+    let joined = join(Source::named(runs), &known)?;
     let layout = Layout::new(&joined.sources[joined.sample].path);
     let sections = domains::sections(&layout, &joined.results)?;
     mix.applied(Report::joined(joined, sections))
 }
 
-fn read(path: &Path) -> anyhow::Result<(String, Results)> {
-    Ok((path.display().to_string(), Results::load(&Layout::new(path))?))
+fn read(path: &Path) -> anyhow::Result<Source> {
+    let (shown, results) = (path.display().to_string(), Results::load(&Layout::new(path))?);
+    Ok(Source { name: shown.clone(), path: shown, results })
 }
 
 /// Returns what a comparison must know of the domain of the first run.
-fn known(runs: &[(String, Results)]) -> Known {
-    let name = runs.first().map_or("", |(_, results)| &results.manifest.identity.domain);
+fn known(runs: &[Source]) -> Known {
+    let name = runs.first().map_or("", |run| &run.results.manifest.identity.domain);
     let domain = domains::domains().into_iter().find(|known| known.name() == name);
     domain.map_or_else(Known::default, |domain| Known {
         methods: domain.methods().iter().map(|method| method.name).collect(),
@@ -154,27 +155,18 @@ fn known(runs: &[(String, Results)]) -> Known {
 
 /// Adds the runs that can be compared with the first one on all its point MDPs, under the same settings of all methods;
 /// returns why others are left out.
-fn add_fitting(runs: &mut Vec<(String, Results)>, others: &[(String, Results)]) -> Vec<String> {
+fn add_fitting(runs: &mut Vec<Source>, others: &[Source]) -> Vec<String> {
     let (known, mut left_out) = (known(runs), Vec::new());
-    let source = |(path, results): &(String, Results)| Source {
-        name: path.clone(),
-        path: path.clone(),
-        results: results.clone(),
-    };
-    let first = source(&runs[0]);
-    let mut taken: Vec<String> = runs.iter().map(|(_, results)| results.sha256.clone()).collect();
-    for run in others {
-        if taken.contains(&run.1.sha256) {
+    for other in others {
+        if runs.iter().any(|run| run.results.sha256 == other.results.sha256) {
             continue;
         }
-        let other = source(run);
-        let settings = settings(&first, &other, &known);
-        let reason = match obstacle(&first, &other, &known) {
+        let settings = settings(&runs[0], other, &known);
+        let reason = match obstacle(&runs[0], other, &known) {
             // The way out is for who asked for this very run.
             Some(e) => e.to_string().split(';').next().unwrap_or_default().to_owned(),
             None if settings.is_empty() => {
-                taken.push(run.1.sha256.clone());
-                runs.push(run.clone());
+                runs.push(other.clone());
                 continue;
             }
             None => format!(
@@ -182,7 +174,7 @@ fn add_fitting(runs: &mut Vec<(String, Results)>, others: &[(String, Results)]) 
                 settings.join(", ")
             ),
         };
-        left_out.push(format!("{} is left out: {reason}", run.0));
+        left_out.push(format!("{} is left out: {reason}", other.path));
     }
     left_out
 }

@@ -87,17 +87,17 @@ struct Column {
 
 impl Source {
     /// Names runs by the last parts of their paths: as many as it takes to tell them apart; else by numbers.
-    pub fn named(runs: Vec<(String, Results)>) -> Vec<Self> {
-        let most = runs.iter().map(|(path, _)| Path::new(path).components().count()).max();
+    pub fn named(mut runs: Vec<Self>) -> Vec<Self> {
+        let most = runs.iter().map(|run| Path::new(&run.path).components().count()).max();
         let names = |length: usize| -> Vec<String> {
-            runs.iter().map(|(path, _)| last_parts(path, length)).collect()
+            runs.iter().map(|run| last_parts(&run.path, length)).collect()
         };
         let distinct = |names: &Vec<String>| BTreeSet::from_iter(names).len() == names.len();
         let named = (1..=most.unwrap_or(1)).map(names).find(distinct);
         let numbered = || (1..=runs.len()).map(|n| n.to_string()).collect();
         let names = named.unwrap_or_else(numbered);
-        let source = |((path, results), name)| Self { name, path, results };
-        runs.into_iter().zip(names).map(source).collect()
+        runs.iter_mut().zip(names).for_each(|(run, name)| run.name = name);
+        runs
     }
 
     fn identity(&self) -> &Identity {

@@ -24,7 +24,7 @@ use super::method::{Method, Training, find};
 use crate::family::PointMdp;
 use crate::sample::looks::{halves, looks};
 use crate::sample::{Choice, Design, Growth, SampleError, SamplePlan, Until};
-use crate::store::assisting::TRAINING;
+use crate::store::assisting::{TRAINING, section};
 use crate::store::manifest::{Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::record::{Outcome, Record};
 use crate::store::results::Results;
@@ -323,17 +323,16 @@ fn obstacle(
     let of_learner =
         |method: &String| there.controllers.iter().any(|own| own.learner.as_ref() == Some(method));
     let of_there = || known.iter().filter(|m| there.methods.iter().any(|name| name == m.name));
-    let is_read = |section: &str| {
-        of_there().any(|m| {
-        let own = m.section() == section || m.reads.contains(&section);
-        own || matches!(m.training, Training::Tuned { episodes } if episodes.starts_with(section))
-    })
+    let limits = |m: &Method, of: &str| match m.training {
+        Training::Tuned { episodes } => section(episodes) == of,
+        _ => false,
     };
+    let is_read =
+        |of: &str| of_there().any(|m| m.section() == of || m.reads.contains(&of) || limits(m, of));
     for method in now.methods.iter().filter(|m| !stays(m) && !of_learner(m)) {
-        let section = method.replace('-', "_");
-        if let (Some(own), Some(before)) =
-            (same.settings.get_mut(&section), there.settings.get(&section))
-            && !is_read(&section)
+        let of = method.replace('-', "_");
+        if let (Some(own), Some(before)) = (same.settings.get_mut(&of), there.settings.get(&of))
+            && !is_read(&of)
         {
             own.clone_from(before);
         }

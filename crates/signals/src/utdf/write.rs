@@ -14,6 +14,9 @@ const MOVEMENTS: [&str; 24] = [
     "NET", "NER", "NWL", "NWT", "NWR", "SEL", "SET", "SER", "SWL", "SWT", "SWR",
 ];
 
+/// Returns the cell of a phase in a record.
+type CellOf<'a> = &'a dyn Fn(&PlanPhase) -> String;
+
 /// Fewest columns of phases.
 const LEAST_PHASES: u32 = 8;
 
@@ -77,9 +80,6 @@ fn number(value: f64) -> String {
     ((value * 1000.0).round() / 1000.0).to_string()
 }
 
-/// Writes a value of a phase.
-type ToText<'a> = &'a dyn Fn(&PlanPhase) -> String;
-
 fn lanes(text: &mut String, node: u32, plan: &ExistingPlan) {
     for (kind, yields) in [("Phase", false), ("PermPhase", true)] {
         for n in 0..MOST_OF_MOVEMENT {
@@ -126,7 +126,7 @@ fn phases(text: &mut String, node: u32, plan: &ExistingPlan, most: u32) {
     let flag = |flag: bool| u32::from(flag).to_string();
     let people =
         |p: &PlanPhase, i: usize| p.walk_s.map_or_else(String::new, |both| number(both[i]));
-    let records: [(&str, ToText<'_>); 12] = [
+    let records: [(&str, CellOf<'_>); 12] = [
         ("BRP", &|p| format!("{}{}{}", p.barrier, p.ring, p.position)),
         ("MinGreen", &|p| number(p.min_green_s)),
         ("MaxGreen", &|p| number(p.max_green_s)),
