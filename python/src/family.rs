@@ -36,7 +36,6 @@ pub(crate) struct Given {
 
 impl Given {
     fn family(&self) -> PyResult<MdpFamily> {
-        let named = self.feature_names.iter().zip(&self.feature_units);
         let feature =
             |(name, unit): (&String, &String)| Feature { name: name.clone(), unit: unit.clone() };
         let point = |i: usize| PointMdp {
@@ -47,8 +46,8 @@ impl Given {
             instances: self.instances[i],
         };
         let points = (0..self.points.len()).map(point).collect();
-        let family = MdpFamily::new(&self.name, named.map(feature).collect(), points, &self.name);
-        let mut family = family.map_err(raised)?;
+        let names = self.feature_names.iter().zip(&self.feature_units).map(feature).collect();
+        let mut family = MdpFamily::new(&self.name, names, points, &self.name).map_err(raised)?;
         if !self.describing.is_empty() {
             family.describing = self.in_order(&family, &self.describing);
         }
@@ -106,10 +105,11 @@ pub(crate) fn family<'py>(
     Ok(dict)
 }
 
-/// Returns the published scores of a scenario and preset that come with the program, as JSON; `None` where there are none.
+/// Returns the published results, as JSON, with which a run can be compared, or raises why there are none.
 #[pyfunction]
-pub(crate) fn published(scenario: &str, preset: &str) -> Option<String> {
-    tsc_family::published::published(scenario, preset).map(|file| file.to_string())
+pub(crate) fn published(run: [String; 3], settings: &str) -> PyResult<String> {
+    let settings = serde_json::from_str(settings).map_err(raised)?;
+    tsc_family::published::comparable(&run, &settings).map(|file| file.to_string()).map_err(raised)
 }
 
 /// Chooses point MDPs; returns the sample as JSON.

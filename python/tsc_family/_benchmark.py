@@ -44,7 +44,7 @@ class Benchmark(Result):
         """95% interval of the score."""
         self.sample = f"{len(identity['points'])} of {identity['sample']['family_size']} point MDPs, {identity['sample']['sampling']}"
         """Which point MDPs were evaluated."""
-        self.published, self._unlike = _published(identity, [str(method) for method in table["method"]])
+        self.published, self._unlike = _published(identity)
         """The published rows of the same family, preset, settings and version: method, score, low, high."""
         self.ahead, self.behind, self.open = ([row["method"] for row in self.published if self._side(row) == s] for s in (1, -1, 0))
 
@@ -85,34 +85,14 @@ class Benchmark(Result):
         return "\n".join([head, *(text for _, text in sorted(rows)), f"{place}{self.decided}", f"Report: {self.report()}"])
 
 
-def _published(identity: Mapping[str, Any], own: list[str]) -> tuple[list[dict[str, Any]], str]:
+def _published(identity: Mapping[str, Any]) -> tuple[list[dict[str, Any]], str]:
     """Returns the published rows that a run can be compared with; none, and why, where there are none."""
-    settings = identity["settings"]
-    text = _native.published(identity["scenario"], str(settings.get("preset", "")))
-    if text is None:
-        return [], f"no scores of {identity['scenario']} with this preset are published with the program"
-    file = json.loads(text)
-    for what, there, here in [
-        ("version", file["version"], identity["tsc_family"]),
-        ("simulator", file["simulator"], identity["simulator"]),
-    ]:
-        if there != here:
-            return [], f"published scores are of {what} {there}, these of {here}"
-    there, here = _flat(file["settings"]), _flat({key: settings.get(key) for key in file["settings"]})
-    other = sorted(key for key in there.keys() | here.keys() if there.get(key) != here.get(key))
-    if other:
-        return [], f"published scores have other settings ({', '.join(other[:3])})"
-    return file["methods"], ""
-
-
-def _flat(value: Any, above: str = "") -> dict[str, Any]:
-    """Returns the values of a tree by their dotted names."""
-    if not isinstance(value, dict):
-        return {above: value}
-    flat: dict[str, Any] = {}
-    for key, inner in value.items():
-        flat.update(_flat(inner, f"{above}.{key}" if above else key))
-    return flat
+    run = (identity["scenario"], identity["tsc_family"], identity["simulator"])
+    try:
+        rows: list[dict[str, Any]] = json.loads(_native.published(run, json.dumps(identity["settings"])))["methods"]
+    except Error as e:
+        return [], str(e)
+    return rows, ""
 
 
 def benchmark(

@@ -184,8 +184,8 @@ def run_command(args: Sequence[str], start: Sequence[str]) -> int:
 def family(scenario: str, settings: Sequence[str]) -> dict[str, Any]:
     """Returns the family of a scenario."""
 
-def published(scenario: str, preset: str) -> str | None:
-    """Returns the published scores of a scenario and preset that come with the program, as JSON."""
+def published(run: tuple[str, str, str], settings: str) -> str:
+    """Returns the published results, as JSON, with which a run of a scenario, version and simulator can be compared."""
 
 def sample(given: Mapping[str, Any], sampling: str, budget: int, seed: int) -> str:
     """Chooses point MDPs; returns the sample as JSON."""

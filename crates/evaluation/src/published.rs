@@ -7,25 +7,49 @@ use serde_json::Value;
 use crate::family::{MdpFamily, PointMdp};
 use crate::run::domain::Problem;
 use crate::sample::{Choice, Design, Input, Measure, Sampling};
-use crate::store::assisting;
+use crate::store::assisting::{self, MOST_NAMED};
 
 const FILES: &[&str] = include!(concat!(env!("OUT_DIR"), "/published.rs"));
 
 /// How far the importance of a point MDP may be from that of a file, which has ten digits.
 const TOLERANCE: f64 = 1e-9;
 
-/// Returns what is published of a scenario under a preset, as in the file; `None` where nothing is.
-pub fn published(scenario: &str, preset: &str) -> Option<Value> {
-    let parsed = FILES.iter().map(|text| -> Value {
+/// Returns what is published of a scenario under the preset that settings name; `None` where nothing is.
+fn published(scenario: &str, settings: &Value) -> Option<Value> {
+    let mut parsed = FILES.iter().map(|text| -> Value {
         serde_json::from_str(text).expect("the files are those of the script")
     });
-    let mut known = parsed.filter(|file| file["settings"]["preset"] == preset);
-    known.find(|file| file["scenario"] == scenario)
+    let is_of = |file: &Value| {
+        file["scenario"] == scenario && file["settings"]["preset"] == settings["preset"]
+    };
+    parsed.find(is_of)
 }
 
-/// The same of the preset that settings name.
-pub(crate) fn of(scenario: &str, settings: &Value) -> Option<Value> {
-    published(scenario, settings["preset"].as_str()?)
+/// Returns the published results, as in their file, with which a run of these settings can be compared.
+///
+/// # Errors
+///
+/// Why there are none.
+pub fn comparable(
+    [scenario, version, simulator]: &[String; 3],
+    settings: &Value,
+) -> Result<Value, String> {
+    let nothing = "with this preset are published with the program";
+    let file = published(scenario, settings)
+        .ok_or_else(|| format!("no scores of {scenario} {nothing}"))?;
+    for (what, here) in [("version", version), ("simulator", simulator)] {
+        let there = file[what].as_str().unwrap_or_default();
+        if there != here {
+            return Err(format!("published scores are of {what} {there}, these of {here}"));
+        }
+    }
+    match &assisting::differing(&file["settings"], settings)[..] {
+        [] => Ok(file),
+        other => {
+            let named = other[..other.len().min(MOST_NAMED)].join(", ");
+            Err(format!("published scores have other settings ({named})"))
+        }
+    }
 }
 
 /// Scores of methods on every point MDP, and the settings that they have.
@@ -37,7 +61,7 @@ type Known = (Vec<(Input, Vec<f64>)>, Value);
 ///
 /// Why they do not fit; `None` where there are none.
 pub fn inputs(family: &MdpFamily, settings: &Value) -> Result<Known, Option<String>> {
-    let mut file = of(&family.name, settings).ok_or(None)?;
+    let mut file = published(&family.name, settings).ok_or(None)?;
     let unfit = |why: &str| Err(Some(format!("published scores do not assist, because {why}")));
     // Results of older versions lack the sections of newer methods.
     let known = file["settings"].as_object_mut().expect("the files are those of the script");

@@ -11,16 +11,12 @@ use crate::store::assisting;
 /// Methods with other settings, results of another version or simulator, and joined runs are not compared.
 pub(super) fn compared(data: &Report) -> Vec<String> {
     let identity = &data.manifest.identity;
-    let Some(file) = published::of(&identity.scenario, &identity.settings) else {
-        return Vec::new();
-    };
-    let fits = |there: &Value| assisting::differing(there, &identity.settings).is_empty();
-    let is_other = file["version"] != *identity.tsc_family
-        || file["simulator"] != *identity.simulator
-        || !(fits(&file["settings"]) && data.reference.is_baseline && data.runs.is_none());
-    if is_other {
+    let run = [&identity.scenario, &identity.tsc_family, &identity.simulator].map(String::clone);
+    let Ok(file) = published::comparable(&run, &identity.settings) else { return Vec::new() };
+    if !data.reference.is_baseline || data.runs.is_some() {
         return Vec::new();
     }
+    let fits = |there: &Value| assisting::differing(there, &identity.settings).is_empty();
     let (mut agree, mut differ) = (Vec::new(), Vec::new());
     let rows = || file["methods"].as_array().into_iter().flatten();
     let ranked = data.methods.iter().filter(|m| m.rank.is_some() && !m.is_reference);

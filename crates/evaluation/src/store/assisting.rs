@@ -14,7 +14,7 @@ use super::own::{self, flat};
 pub const TRAINING: &str = "training";
 
 /// Most settings that a warning names.
-const MOST_NAMED: usize = 3;
+pub(crate) const MOST_NAMED: usize = 3;
 
 /// Returns what is kept of the settings of a run that assists.
 ///
