@@ -30,8 +30,9 @@ const fn kind(what: &'static str, own: fn(&str) -> bool) -> Kind {
 }
 
 /// What `run` writes.
-pub(super) const RESULTS: Kind =
-    kind("results directory", |name| ["manifest.json", "lock.json"].contains(&name));
+pub(super) const RESULTS: Kind = kind("results directory", |name| {
+    ["manifest.json", "lock.json", "run.jsonl.xz"].contains(&name)
+});
 
 /// What `build-networks` writes.
 pub(super) const NETWORKS: Kind = kind("folder of networks", |name| name == BY_HASH);

@@ -29,6 +29,7 @@ const DEFAULTS: [&str; 5] = [
 
 /// `tsc-family train`.
 #[derive(Debug, clap::Args)]
+#[command(mut_args(|arg| { let is_other = OTHERS.contains(&arg.get_id().as_str()); arg.hide(is_other) }))]
 #[command(after_help = "\
 One network and one memory learn on all of them, one episode at a time. What is trained is a run of one point MDP that \
 has them as its members: status, resume, report and check work as for every run.
@@ -48,6 +49,10 @@ pub struct TrainArgs {
     pub run: RunArgs,
 }
 
+/// Options of `run` that are refused here, or go with refused ones.
+const OTHERS: [&str; 8] =
+    ["budget", "like", "assist", "no_assist", "until_decided", "within", "looks", "tune"];
+
 pub(super) fn run(mut args: TrainArgs) -> anyhow::Result<u8> {
     let run = &mut args.run;
     let reason = "--on and --others say on which point MDPs";
@@ -55,6 +60,7 @@ pub(super) fn run(mut args: TrainArgs) -> anyhow::Result<u8> {
         ("--budget", run.budget.is_some(), reason),
         ("--like", run.like.is_some(), reason),
         ("--until-decided", run.until_decided, reason),
+        ("--tune", !run.tune.is_empty(), "`run --tune` does that on each point MDP"),
     ])?;
     if run.methods.is_empty() {
         run.methods.push(mplight::METHOD.name.to_owned());

@@ -193,7 +193,7 @@ fn what_assists_may_be_of_other_settings_which_is_said() {
         let args = format!("estimate {args} --estimators bq --budgets 5 --repeats 2");
         stderr(&run(dir.path(), &args))
     };
-    let told = "other was computed with other settings (signal.yellow_time_s = 4 there, 3 here)";
+    let told = "other was computed with other settings (signal.yellow_time_s is 4 there and 3 now)";
     assert!(said("all --assist other").contains(told));
     // How a method learns that was not run says nothing.
     assert!(!said("all --assist same").contains("warning"));

@@ -114,9 +114,14 @@ fn a_sample_grows_where_it_contains_the_one_that_is_there() {
     assert!(!said.contains("The sample grew"), "{said}");
     assert_same(dir.path(), "added", "once");
     // The sampling is that of the folder, where another budget is all that is asked for.
-    let alone = format!("{PPO} --methods ppo --eval-seeds 2 --budget 6 --out added");
+    // A published run goes on like any other.
+    fs::create_dir(dir.path().join("packed")).unwrap();
+    let mut export = Command::new(env!("CARGO_BIN_EXE_tsc-family"));
+    let packed = export.args("export added --out packed/run.jsonl.xz".split(' '));
+    assert!(packed.current_dir(dir.path()).status().unwrap().success());
+    let alone = format!("{PPO} --methods ppo --eval-seeds 2 --budget 6 --out packed");
     let said = done(&alone, dir.path());
-    assert!(said.contains("added: 1 task is added to 5; 5 records stay"), "{said}");
+    assert!(said.contains("packed: 1 task is added to 5; 5 records stay"), "{said}");
 
     let balanced = format!("{PPO} --methods ppo --eval-seeds 2 --out balanced");
     done(&format!("{balanced} --budget 3"), dir.path());

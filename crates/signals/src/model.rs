@@ -207,8 +207,8 @@ mod tests {
         assert_eq!(
             words.map(Option::unwrap),
             [
-                "signal.max_green_s = not set there, 40 here; signal.turn_on_red = not set there, true here",
-                "signal.max_green_s = 40 there, not set here; signal.turn_on_red = true there, not set here",
+                "signal.max_green_s is not set there and 40 now; signal.turn_on_red is not set there and true now",
+                "signal.max_green_s is 40 there and not set now; signal.turn_on_red is true there and not set now",
             ]
         );
         assert_eq!(difference(&limited, &limited.clone()), None);

@@ -52,10 +52,7 @@ pub fn differing(there: &Value, here: &Value) -> Vec<String> {
 pub fn differences(there: &Value, here: &Value) -> Option<String> {
     let keys = differing(there, here);
     let (there, here) = (flat(there), flat(here));
-    let said = |value: Option<&Value>| value.map_or_else(|| "nothing".to_owned(), Value::to_string);
-    let both = |key: &String| {
-        format!("{key} = {} there, {} here", said(there.get(key)), said(here.get(key)))
-    };
+    let both = |key: &String| own::both(key, there.get(key), here.get(key));
     let mut named: Vec<String> = keys.iter().take(MOST_NAMED).map(both).collect();
     if keys.len() > MOST_NAMED {
         named.push(format!("and {} more", keys.len() - MOST_NAMED));
@@ -87,10 +84,10 @@ mod tests {
         here["preset"] = json!("field");
         here["demand"]["sigma"] = json!(0.2);
         here["fixed_time"]["simulations"] = json!(8);
-        let expected = "demand.sigma = nothing there, 0.2 here; fixed_time.simulations = 24 there, 8 here; \
-                        preset = \"resco\" there, \"field\" here";
+        let expected = "demand.sigma is not set there and 0.2 now; fixed_time.simulations is 24 there and 8 now; \
+                        preset is \"resco\" there and \"field\" now";
         assert_eq!(differences(&there, &here).unwrap(), expected);
         here["demand"]["horizon_s"] = json!(60.0);
-        assert!(differences(&there, &here).unwrap().ends_with("8 here; and 1 more"));
+        assert!(differences(&there, &here).unwrap().ends_with("8 now; and 1 more"));
     }
 }

@@ -1,17 +1,12 @@
 //! What makes one run another one: what people give comes before the files and hashes that follow from it.
 
-use std::collections::BTreeMap;
-
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::manifest::{Identity, PointRow};
-use super::own::{differing, flat};
+use super::own::{both, differing, flat};
 
 /// Most differences that are named.
 const NAMED: usize = 3;
-
-/// Most characters of a value that are shown.
-const QUOTED: usize = 80;
 
 /// Returns what differs between an existing run and the one that is asked for; nothing if they are the same.
 pub fn between(there: &Identity, now: &Identity) -> Option<String> {
@@ -44,26 +39,15 @@ pub fn between(there: &Identity, now: &Identity) -> Option<String> {
     if let Some(own) = own.filter(|_| least > 1) {
         return Some(own);
     }
-    let said = |values: &BTreeMap<String, Value>, key: &String| match values.get(key) {
-        None | Some(Value::Null) => "not set".to_owned(),
-        Some(value) => shortened(&value.to_string()),
-    };
     let text = |key: &&String| {
         let name = key.trim_start_matches("settings.").trim_start_matches("points.");
-        format!("{name} is {} there and {} now", said(&there, key), said(&now, key))
+        both(name, there.get(*key), now.get(*key))
     };
     let mut named: Vec<String> = differ.iter().take(NAMED).map(text).collect();
     if differ.len() > NAMED {
         named.push(format!("and {} more", differ.len() - NAMED));
     }
     Some(named.join(", "))
-}
-
-fn shortened(text: &str) -> String {
-    match text.char_indices().nth(QUOTED) {
-        Some((end, _)) => format!("{}...", &text[..end]),
-        None => text.to_owned(),
-    }
 }
 
 #[cfg(test)]

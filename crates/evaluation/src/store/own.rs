@@ -5,6 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+/// Most characters of a value that are shown.
+const QUOTED: usize = 80;
+
 /// What a method of somebody's own is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -87,11 +90,7 @@ impl OwnMethod {
             let file = file.trim_start_matches('.');
             return Some(format!("controller {name}: {file} has changed"));
         }
-        let said = |values: &BTreeMap<String, Value>| match values.get(key) {
-            None => "not set".to_owned(),
-            Some(value) => value.to_string(),
-        };
-        Some(format!("controller {name}: {key} is {} there and {} now", said(&there), said(&now)))
+        Some(format!("controller {name}: {}", both(key, there.get(key), now.get(key))))
     }
 }
 
@@ -104,13 +103,25 @@ pub fn differing<'a>(
     keys.into_iter().filter(|key| there.get(*key) != now.get(*key)).collect()
 }
 
+/// Returns in words what a name has in an existing run, model or sample, and what it has now.
+pub fn both(name: &str, there: Option<&Value>, now: Option<&Value>) -> String {
+    let said = |value: Option<&Value>| match value {
+        None | Some(Value::Null) => "not set".to_owned(),
+        Some(value) => shortened(&value.to_string()),
+    };
+    format!("{name} is {} there and {} now", said(there), said(now))
+}
+
+fn shortened(text: &str) -> String {
+    match text.char_indices().nth(QUOTED) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}
 /// Returns in words how the settings of a section differ there and here; `None` where nothing does.
 pub fn said(section: &str, there: &Value, here: &Value) -> Option<String> {
     let (there, here) = (flat(there), flat(here));
-    let said = |value: Option<&Value>| value.map_or("not set".to_owned(), Value::to_string);
-    let named = |key: &String| {
-        format!("{section}.{key} = {} there, {} here", said(there.get(key)), said(here.get(key)))
-    };
+    let named = |key: &String| both(&format!("{section}.{key}"), there.get(key), here.get(key));
     let named: Vec<String> = differing(&there, &here).into_iter().map(named).collect();
     (!named.is_empty()).then(|| named.join("; "))
 }
