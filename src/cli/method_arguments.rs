@@ -17,7 +17,7 @@ use crate::traffic::own::{Host, Own, Play};
 use basics::files::FileError;
 use evaluation::run::domain::Domain;
 use evaluation::run::method::{Method, Training};
-use evaluation::run::model::{ModelCard, SavedModel};
+use evaluation::run::model::{ModelCard, SavedModel, TRAINED_ON};
 use evaluation::store::own::{OwnKind, OwnMethod};
 
 /// What a command begins with.
@@ -141,6 +141,8 @@ pub(crate) fn add_model(traffic: Traffic, given: &str) -> anyhow::Result<Traffic
     check_name(&traffic, &name).map_err(wrong)?;
     let model = SignalModel::new(SavedModel::read(Path::new(source))?, traffic.methods())?;
     let path = std::path::absolute(source).map_err(FileError::at("find", source.as_ref()))?;
+    let several = model.saved.domain.get(TRAINED_ON).cloned().map(serde_json::from_value);
+    let trained_on = several.transpose().map_err(|e| wrong(format!("{TRAINED_ON}: {e}")))?;
     let ModelCard { method: learner, point, replicate, .. } = model.saved.card;
     let file = label(source);
     let mut files = BTreeMap::from([(file.clone(), path.clone())]);
@@ -149,6 +151,7 @@ pub(crate) fn add_model(traffic: Traffic, given: &str) -> anyhow::Result<Traffic
     let of = if replicate == 0 { String::new() } else { format!(", training {}", replicate + 1) };
     let about = OwnMethod {
         summary: format!("{learner} trained on {point}{of}"),
+        trained_on: trained_on.unwrap_or_default(),
         ..OwnMethod::new(&name, OwnKind::Model, file)
     };
     let method = Method::new(name.leak(), OwnKind::Model.in_words(), Training::None);

@@ -139,9 +139,13 @@ fn one_training_on_several_point_mdps_is_a_run_that_goes_on_where_it_was_killed(
     assert_eq!(folder.record("killed", 1), rows);
     let model = |path: &str| fs::read(folder.join(path)).unwrap();
     assert!(model("killed/models/000/1.safetensors") == model("whole/models/000/1.safetensors"));
-    folder.run(
-        "run city.toml --methods baseline --model shared=whole/mplight.safetensors --eval-seeds 1 -q --out on-all",
+    let said = folder.says(
+        0,
+        "run city.toml --methods baseline --model shared=whole/mplight.safetensors --eval-seeds 1 --out on-all",
     );
+    for words in ["on 2 point MDPs of its training, and ", " on 1 point MDP that it had not seen"] {
+        assert!(said.contains(words), "{said}");
+    }
     assert_eq!(folder.records("on-all").len(), 6, "it serves signals of every layout");
     folder.refuses(&[
         (&format!("{train} --methods idqn"), "only mplight and mplight-star learn on several"),

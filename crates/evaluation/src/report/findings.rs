@@ -8,6 +8,7 @@ use super::format;
 use super::published::compared;
 use super::whole::Report;
 use crate::analysis::{Estimated, LearnerSummary, MethodSummary, Mix, Pair};
+use crate::stats::score::weighted_mean;
 use crate::store::assisting;
 use crate::store::dropped::Dropped;
 
@@ -82,6 +83,7 @@ pub fn findings(data: &Report) -> Vec<Finding> {
     add(Kind::Disagreement, disagreements(data));
     add(Kind::Fragile, fragile(data).into_iter().collect());
     add(Kind::Policies, policies(data));
+    add(Kind::Policies, seen(data));
     add(Kind::Mix, data.mix().map(|mix| mixed(data, mix)).into_iter().collect());
     add(Kind::Growth, growth(data).into_iter().collect());
     add(Kind::Published, compared(data));
@@ -306,6 +308,30 @@ pub(super) fn policies(data: &Report) -> Vec<String> {
         sentences.extend(of_some.map(|(n, what)| format!("{n} of {of} of {name} {what}.")));
     }
     sentences
+}
+
+/// Says what models of several point MDPs score on those of their training, and on others.
+fn seen(data: &Report) -> Vec<String> {
+    let identity = &data.manifest.identity;
+    let said = |m: &MethodSummary| {
+        let trained_on =
+            &identity.controller(&m.method).filter(|own| !own.trained_on.is_empty())?.trained_on;
+        let scored = data.points.iter().filter_map(|p| {
+            let score = p.results[m.index].as_ref()?.score?;
+            Some((trained_on.contains(&p.row.point), (p.weight, score)))
+        });
+        let (known, others): (Vec<_>, Vec<_>) = scored.partition(|(is_known, _)| *is_known);
+        let of = |part: &[(bool, (f64, f64))]| {
+            let score = weighted_mean(part.iter().map(|(_, both)| *both))?;
+            let points = format::count(part.len(), "point MDP");
+            Some(format!("{} on {points}", format::score(score)))
+        };
+        let parts = [(of(&known), "of its training"), (of(&others), "that it had not seen")];
+        let parts = parts.into_iter().filter_map(|(said, what)| Some(format!("{} {what}", said?)));
+        let parts = parts.collect::<Vec<_>>().join(", and ");
+        (!parts.is_empty()).then(|| format!("{} scores {parts}.", m.method))
+    };
+    data.methods.iter().filter_map(said).collect()
 }
 
 /// Says what validation changed for a learner; `None` where it chose nothing.

@@ -56,6 +56,9 @@ pub struct OwnMethod {
     /// The method that it is but for what it sees or is paid for; its settings are that method's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub learner: Option<String>,
+    /// Ids of the point MDPs that a saved model was trained on, where they were several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub trained_on: Vec<String>,
     /// sha256 of every file that it consists of, by name.
     pub sha256: BTreeMap<String, String>,
     /// Versions of what runs it, such as `python`.
@@ -73,6 +76,7 @@ impl OwnMethod {
             summary: String::new(),
             learns: false,
             learner: None,
+            trained_on: Vec::new(),
             sha256: BTreeMap::new(),
             versions: BTreeMap::new(),
         }
@@ -158,6 +162,7 @@ mod tests {
             summary: String::new(),
             learns: false,
             learner: None,
+            trained_on: Vec::new(),
             sha256: BTreeMap::from([("mine.py".to_owned(), "ab".to_owned())]),
             versions: BTreeMap::from([("python".to_owned(), "3.11.7".to_owned())]),
         }
