@@ -126,7 +126,8 @@ pub(super) fn run(
 /// Returns the command that runs a scenario's folder.
 pub(super) fn next(folder: &Path, points: usize, name: &str) -> String {
     let budget = if points > EXAMPLE_BUDGET { EXAMPLE_BUDGET.to_string() } else { "all".into() };
-    format!("next: tsc-family run {} --budget {budget} --out results/{name}", quoted(folder))
+    let folder = quoted(folder);
+    format!("next: tsc-family run {folder} --preset field --budget {budget} --out results/{name}")
 }
 
 /// Returns what was found, in a few lines.
