@@ -174,7 +174,8 @@ fn a_dual_ring_program_offers_the_pairs_that_it_may_show() {
         "run --sumocfg arms.sumocfg --methods program,nema --eval-seeds 1 --quiet --out r",
     );
     let plans = fs::read_to_string(folder(&config).join("r/report/plans.csv")).unwrap();
-    assert!(plans.contains("two rings: ring 1: 1 (left rrrrrrrrGrrr;"), "{plans}");
+    let cabinet = fs::read_to_string(folder(&config).join("r/report/cabinet.csv")).unwrap();
+    assert_eq!(cabinet.matches(",nema,0,C,phase,").count(), 8, "{cabinet}");
     // What is made of the program serves everything with four of the pairs.
     let baseline = plans.lines().filter(|l| l.contains(",baseline,")).count();
     assert_eq!(baseline, 4, "{plans}");

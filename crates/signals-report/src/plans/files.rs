@@ -159,7 +159,7 @@ fn columns(Seen { data, shown }: Seen<'_>) -> Columns<'_, Row<'_>> {
         .text("winner", "", move |row| if wins(row) { "yes" } else { "no" }.to_owned())
         .text("signal", "", |row| row.signal.to_owned())
         .text("program", "", move |row| kind(row).to_owned())
-        .file("phase", move |row| number(row).unwrap_or_else(Cell::unknown))
+        .file("green", move |row| number(row).unwrap_or_else(Cell::unknown))
         .text("state", "", move |row| state(row).unwrap_or_default())
         .file("green_s", green(|green| Some(green.green_s)))
         .file("max_green_s", green(|green| green.max_s))
@@ -199,7 +199,14 @@ fn rows(plan: &TaskPlan, file: String) -> Vec<Row<'_>> {
     if plan.phases.is_empty() {
         return vec![row("", None, None, "its record has no program")];
     }
-    let decides = |phases: &str| format!("decides every second; {phases}");
+    let decides = |(signal, phases): &'_ (String, String)| {
+        let mut rings = plan.rings.iter().filter(|p| p.signal == *signal).flat_map(|p| &p.rings);
+        // Where movements have names, their phases have other numbers in the cabinet than in the record.
+        let is_named =
+            rings.any(|phase| !(phase.movements.is_empty() && phase.yielding.is_empty()));
+        let phases = if is_named { "phases in cabinet.csv" } else { phases };
+        format!("decides every second; {phases}")
+    };
     let phases = plan.phases.iter();
-    phases.map(|(signal, phases)| row(signal, None, None, &decides(phases))).collect()
+    phases.map(|of| row(&of.0, None, None, &decides(of))).collect()
 }

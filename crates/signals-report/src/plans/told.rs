@@ -6,6 +6,7 @@ use super::TaskPlan;
 use crate::shown::Seen;
 use evaluation::store::manifest::PointRow;
 use osm_signals::{DrivingSide, Turn};
+use signals::control::existing;
 use signals::environment::existing_plan;
 use signals::existing::ran::{of_program, of_rings};
 use signals::existing::{ExistingPlan, PlanPhase};
@@ -55,7 +56,7 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
     let told = |signal: &str, mut plan: ExistingPlan, is_stages: bool| {
         if plan.ways.is_empty() {
             rename(&mut plan, &renamed(seen, task.point));
-            number(&mut plan, &approaches(seen, task.point, signal), side(seen));
+            number(&mut plan, &Numbers::new(seen, task.point, signal));
             plan.merging = merging(&plan, seen, task.point, signal);
         }
         let TaskPlan { method, point, replicate, objective, .. } = *task;
@@ -139,8 +140,7 @@ pub(crate) fn renamed(seen: Seen<'_>, point: usize) -> BTreeMap<String, String> 
     let Some(results) = shown.movements.iter().find(|task| task.point == point) else {
         return BTreeMap::new();
     };
-    let given = |method: &String| given_plan(&identity.points[point], method);
-    let existing = identity.methods.iter().find_map(given);
+    let existing = plan_of_today(seen, point);
     let drawn = shown.drawing(&identity.points[point].point);
     let name = |m: &MovementResult| {
         let way = (m.from.clone(), m.to.clone());
@@ -153,25 +153,119 @@ pub(crate) fn renamed(seen: Seen<'_>, point: usize) -> BTreeMap<String, String> 
     results.results.iter().filter_map(name).collect()
 }
 
-/// Returns the number of the through phase of each approach of a signal: as in its existing plan, else 2 and 6 for the street
-/// with most lanes and 4 and 8 for the other one, as [`nema`](signals::control::nema) numbers them.
-fn approaches(seen: Seen<'_>, point: usize, signal: &str) -> BTreeMap<Heading, u32> {
-    let Seen { data, shown } = seen;
-    let identity = &data.manifest.identity;
-    let given = |method: &String| given_plan(&identity.points[point], method);
-    if let Some(plan) = identity.methods.iter().find_map(given) {
-        let through = plan.phases.iter().filter(|p| p.number <= 8 && p.number.is_multiple_of(2));
-        let of = |phase: &PlanPhase| {
-            let ahead =
-                phase.all_movements().filter_map(|name| Heading::of_movement(name, side(seen)));
-            let ahead = ahead.filter(|(_, turn)| *turn != on_side(Turn::Right, side(seen)));
-            ahead.map(|(heading, _)| (heading, phase.number)).collect::<Vec<_>>()
-        };
-        return through.flat_map(of).collect();
+/// Which numbers phases have by their movements.
+struct Numbers {
+    /// Of the through phase of each approach.
+    through: BTreeMap<Heading, u32>,
+    /// Of movements that have the right of way in one phase of the existing plan.
+    of_movement: BTreeMap<String, u32>,
+    /// All numbers of the existing plan.
+    taken: BTreeSet<u32>,
+    side: DrivingSide,
+}
+
+impl Numbers {
+    /// Returns them for a signal: those of its existing plan, else 2 and 6 for the street with most lanes and 4 and 8 for the
+    /// other one, of which 2 and 4 go by [`Heading`]: north before east before south before west.
+    fn new(seen: Seen<'_>, point: usize, signal: &str) -> Self {
+        let side = side(seen);
+        let today = plan_of_today(seen, point).map(|plan| Self::of(&plan, side));
+        today.filter(|numbers| !numbers.through.is_empty()).unwrap_or_else(|| Self {
+            through: approaches(seen, point, signal),
+            of_movement: BTreeMap::new(),
+            taken: BTreeSet::new(),
+            side,
+        })
     }
+
+    /// Returns those of an existing plan, where they are unambiguous.
+    fn of(plan: &ExistingPlan, side: DrivingSide) -> Self {
+        let mut of_movement: BTreeMap<String, BTreeSet<u32>> = BTreeMap::new();
+        let mut ahead: BTreeMap<(Heading, bool), BTreeSet<u32>> = BTreeMap::new();
+        for phase in plan.phases.iter().filter(|phase| phase.also.is_none()) {
+            for name in &phase.movements {
+                of_movement.entry(name.clone()).or_default().insert(phase.number);
+            }
+            for (heading, turn) in phase.all_movements().filter_map(|n| ahead_of(n, side)) {
+                ahead.entry((heading, turn == Turn::Through)).or_default().insert(phase.number);
+            }
+        }
+        let only = |numbers: &BTreeSet<u32>| {
+            let usual = || numbers.iter().filter(|n| **n <= 8 && n.is_multiple_of(2));
+            match numbers.len() {
+                1 => numbers.first().copied(),
+                _ => usual().next().filter(|_| usual().count() == 1).copied(),
+            }
+        };
+        let has_through = |heading: Heading| ahead.contains_key(&(heading, true));
+        let through = ahead.iter().filter(|((heading, is), _)| *is || !has_through(*heading));
+        let through = through.filter_map(|((heading, _), all)| Some((*heading, only(all)?)));
+        let single = |(name, all): (String, BTreeSet<u32>)| {
+            all.first().copied().filter(|_| all.len() == 1).map(|number| (name, number))
+        };
+        Self {
+            through: through.collect(),
+            of_movement: of_movement.into_iter().filter_map(single).collect(),
+            taken: plan.phases.iter().flat_map(|p| [Some(p.number), p.also]).flatten().collect(),
+            side,
+        }
+    }
+
+    /// Returns the number of the phase in which a movement other than a right turn has the right of way.
+    fn of_way(&self, name: &String, (heading, turn): (Heading, Turn)) -> Option<u32> {
+        if let Some(number) = self.of_movement.get(name) {
+            return Some(*number);
+        }
+        let through = *self.through.get(&heading)?;
+        // The left turn that opposes phase 2 is 1, that of phase 2 is 5.
+        let opposite = (through + 3) % 8 + 1;
+        let is_opposed = self.through.values().any(|number| *number == opposite);
+        let left = opposite - 1;
+        match turn == Turn::Left && is_opposed {
+            true => Some(left).filter(|_| {
+                through <= 8 && through.is_multiple_of(2) && !self.taken.contains(&left)
+            }),
+            false => Some(through),
+        }
+    }
+
+    /// Returns the numbers of the phases that a phase is at once; nothing where one of its movements has none. In rings a phase
+    /// goes by its through movements.
+    fn of_phase(&self, phase: &PlanPhase, has_rings: bool) -> BTreeSet<u32> {
+        let ways = phase.movements.iter().filter_map(|n| Some((n, ahead_of(n, self.side)?)));
+        let mut ways: Vec<(&String, (Heading, Turn))> = ways.collect();
+        let is_through = |way: &(&String, (Heading, Turn))| way.1.1 == Turn::Through;
+        if has_rings && ways.iter().any(is_through) {
+            ways.retain(is_through);
+        }
+        if ways.is_empty() {
+            let ahead = |name: &String| Some((Heading::begins(name)?, Turn::Through));
+            ways = phase.all_movements().filter_map(|n| Some((n, ahead(n)?))).collect();
+        }
+        let numbers = ways.iter().map(|(name, way)| self.of_way(name, *way));
+        numbers.collect::<Option<_>>().unwrap_or_default()
+    }
+}
+
+/// Returns direction and turn of a movement, as in right-hand traffic, that is no right turn.
+fn ahead_of(name: &str, side: DrivingSide) -> Option<(Heading, Turn)> {
+    let (heading, turn) = Heading::of_movement(name, side)?;
+    Some((heading, on_side(turn, side))).filter(|(_, turn)| *turn != Turn::Right)
+}
+
+/// Returns the plan that the signal of a point MDP has today, else the first that was given for it.
+fn plan_of_today(seen: Seen<'_>, point: usize) -> Option<ExistingPlan> {
+    let identity = &seen.data.manifest.identity;
+    let methods = identity.methods.iter().map(String::as_str);
+    let mut methods = std::iter::once(existing::METHOD.name).chain(methods);
+    methods.find_map(|method| given_plan(&identity.points[point], method))
+}
+
+/// Returns the numbers of the through phases of a signal whose existing plan is not known.
+fn approaches(seen: Seen<'_>, point: usize, signal: &str) -> BTreeMap<Heading, u32> {
     let renamed = renamed(seen, point);
-    let results = shown.movements.iter().find(|task| task.point == point);
-    // Approaches in the order of the network, each with its lane groups.
+    let results = seen.shown.movements.iter().find(|task| task.point == point);
+    // Approaches, each with its lane groups.
     let mut groups: Vec<(Heading, BTreeMap<&str, u32>)> = Vec::new();
     for result in results.iter().flat_map(|task| &task.results).filter(|r| r.signal == signal) {
         let name = renamed.get(&result.movement).unwrap_or(&result.movement);
@@ -182,6 +276,7 @@ fn approaches(seen: Seen<'_>, point: usize, signal: &str) -> BTreeMap<Heading, u
         }
         groups[known].1.extend(result.supply.iter().map(|s| (s.group.as_str(), s.group_lanes)));
     }
+    groups.sort_by_key(|(heading, _)| *heading);
     let mut streets: Vec<(u32, Vec<Heading>)> = Vec::new();
     for (heading, groups) in &groups {
         let lanes: u32 = groups.values().sum();
@@ -203,28 +298,6 @@ fn side(seen: Seen<'_>) -> DrivingSide {
     let side = seen.data.manifest.identity.settings.pointer("/network/driving_side");
     let is_left = side.and_then(serde_json::Value::as_str) == Some("left");
     if is_left { DrivingSide::Left } else { DrivingSide::Right }
-}
-
-/// Returns the numbers of the phases that a phase is at once by its movements with the right of way; `None` where one has none.
-fn numbers_of(
-    phase: &PlanPhase,
-    approaches: &BTreeMap<Heading, u32>,
-    side: DrivingSide,
-) -> Option<BTreeSet<u32>> {
-    let mut numbers = BTreeSet::new();
-    for name in &phase.movements {
-        let (heading, turn) = Heading::of_movement(name, side)?;
-        let through = *approaches.get(&heading)?;
-        // The left turn that opposes phase 2 is 1, that of phase 2 is 5.
-        let opposite = (through + 3) % 8 + 1;
-        let is_opposed = approaches.values().any(|number| *number == opposite);
-        match on_side(turn, side) {
-            Turn::Right => {}
-            Turn::Left if is_opposed => drop(numbers.insert(opposite - 1)),
-            Turn::Left | Turn::Through => drop(numbers.insert(through)),
-        }
-    }
-    Some(numbers)
 }
 
 /// Returns pairs of movements, right turns apart, that have the right of way into one leg together.
@@ -253,31 +326,50 @@ fn merging(plan: &ExistingPlan, seen: Seen<'_>, point: usize, signal: &str) -> V
     found.into_iter().collect()
 }
 
-/// Numbers the phases of a plan as usual, where all of them are phases, or two at once of different rings.
-fn number(plan: &mut ExistingPlan, approaches: &BTreeMap<Heading, u32>, side: DrivingSide) {
+/// Numbers the phases of a plan: each is a phase, or two at once of different rings. One that is neither, or that another is
+/// already, counts on from 9, so no number stands for two things at a signal.
+fn number(plan: &mut ExistingPlan, numbers: &Numbers) {
     let has_rings = plan.phases.iter().any(|phase| phase.ring > 1);
+    let ring_of = |number: u32| if number > 4 { 2 } else { 1 };
+    let side_of = |number: u32| (number - 1) / 2 % 2;
     let mut numbered = ExistingPlan { phases: Vec::new(), ..plan.clone() };
     for phase in &plan.phases {
-        let Some(numbers) = numbers_of(phase, approaches, side) else { return };
-        let ring_of = |number: u32| if number > 4 { 2 } else { 1 };
-        let side_of = |number: u32| (number - 1) / 2 % 2;
-        let (number, also) = match numbers.into_iter().collect::<Vec<_>>()[..] {
-            [one] => (one, None),
-            [one, two]
-                if !has_rings && ring_of(one) != ring_of(two) && side_of(one) == side_of(two) =>
-            {
-                (one, Some(two))
-            }
-            _ => return,
-        };
-        let ring = if has_rings { ring_of(number) } else { phase.ring };
-        numbered.push(PlanPhase { number, also, ring, ..phase.clone() });
+        let (number, also) =
+            match numbers.of_phase(phase, has_rings).into_iter().collect::<Vec<_>>()[..] {
+                [one] => (one, None),
+                [one, two]
+                    if !has_rings
+                        && two <= 8
+                        && ring_of(one) != ring_of(two)
+                        && side_of(one) == side_of(two) =>
+                {
+                    (one, Some(two))
+                }
+                _ => (0, None),
+            };
+        numbered.push(PlanPhase { number, also, ..phase.clone() });
+    }
+    let mut taken = numbers.taken.clone();
+    taken.extend(numbered.phases.iter().map(|phase| phase.number));
+    let mut known = BTreeSet::from([0]);
+    for phase in numbered.phases.iter_mut().filter(|phase| !known.insert(phase.number)) {
+        phase.number = (9..).find(|number| taken.insert(*number)).expect("there are more");
+        phase.also = None;
+    }
+    // Rings before a barrier stay apart, and change places where most of their phases are usual in the other one.
+    let of_barriers: BTreeSet<u32> = numbered.phases.iter().map(|phase| phase.barrier).collect();
+    for barrier in of_barriers.into_iter().filter(|_| has_rings) {
+        let own = || numbered.phases.iter().filter(|p| p.barrier == barrier && p.number <= 8);
+        let others = own().filter(|phase| ring_of(phase.number) != phase.ring).count();
+        if 2 * others > own().count() {
+            let own = numbered.phases.iter_mut().filter(|phase| phase.barrier == barrier);
+            own.for_each(|phase| phase.ring = 3 - phase.ring);
+        }
     }
     let of = |old: &u32| plan.phases.iter().position(|phase| phase.number == *old);
     let references = plan.reference.iter().filter_map(of);
     numbered.reference = references.map(|at| numbered.phases[at].number).collect();
-    // Two stages of one number stay as they are.
-    if numbered.check().is_ok() {
+    if !numbers.through.is_empty() && numbered.check().is_ok() {
         *plan = numbered;
     }
 }
@@ -359,7 +451,7 @@ pub(super) mod tests {
 
     #[test]
     fn stages_have_the_numbers_of_the_phases_that_they_are() {
-        let numbered = |stages: &[&str], approaches: &[(Heading, u32)], side| {
+        let numbered = |stages: &[&str], through: &[(Heading, u32)], side| {
             let phases = (1u32..).zip(stages).map(|(number, names)| PlanPhase {
                 movements: names.split(' ').map(str::to_owned).collect(),
                 yielding: Vec::new(),
@@ -369,7 +461,9 @@ pub(super) mod tests {
             });
             let mut plan = ExistingPlan::new(Control::Pretimed, phases.collect());
             plan.reference = vec![1];
-            number(&mut plan, &approaches.iter().copied().collect(), side);
+            let through = through.iter().copied().collect();
+            let (of_movement, taken) = (BTreeMap::new(), BTreeSet::new());
+            number(&mut plan, &Numbers { through, of_movement, taken, side });
             let labels: Vec<String> = plan.phases.iter().map(PlanPhase::label).collect();
             (labels.join(" "), plan.reference)
         };
@@ -381,10 +475,49 @@ pub(super) mod tests {
         let mirrored = ["WBT WBR NBL", "EBT EBL WBT", "NBR NBL EBL"];
         assert_eq!(numbered(&mirrored, &streets, DrivingSide::Left), expected);
         // No phase is both, two stages are one phase, and an approach has no number.
-        for stages in [["EBT NBL", "WBT", "EBL"], ["EBT", "EBT", "WBT"], ["EBT", "SBT", "WBT"]] {
-            let unchanged = ("1 2 3".to_owned(), vec![1]);
-            assert_eq!(numbered(&stages, &streets, DrivingSide::Right), unchanged);
+        for (stages, expected) in [
+            (["EBT NBL", "WBT", "EBL"], "9 6 5"),
+            (["EBT", "EBT", "WBT"], "2 9 6"),
+            (["EBT", "SBT", "WBT"], "2 9 6"),
+        ] {
+            assert_eq!(numbered(&stages, &streets, DrivingSide::Right).0, expected);
         }
+    }
+
+    #[test]
+    fn rings_have_the_numbers_of_the_existing_plan() {
+        let rings = |phases: &[(u32, [u32; 3], &str)]| {
+            let phase = |(number, [barrier, ring, position], names): &(u32, [u32; 3], &str)| {
+                let movements = names.split(' ').map(str::to_owned).collect();
+                let (number, yielding) = (*number, Vec::new());
+                let [barrier, ring, position] = [*barrier, *ring, *position];
+                PlanPhase { number, barrier, ring, position, movements, yielding, ..phase() }
+            };
+            ExistingPlan::new(Control::Actuated, phases.iter().map(phase).collect())
+        };
+        let today = rings(&[
+            (2, [1, 1, 2], "NBT NBR"),
+            (1, [1, 1, 1], "SBL"),
+            (6, [1, 2, 2], "SBT SBR"),
+            (5, [1, 2, 1], "NBL"),
+            (4, [2, 1, 2], "EBT EBR"),
+            (3, [2, 1, 1], "WBL"),
+            (8, [2, 2, 2], "WBT WBR"),
+            (7, [2, 2, 1], "EBL"),
+        ]);
+        // The side street is split, and the rings of the main street are the other way round.
+        let mut plan = rings(&[
+            (2, [1, 1, 2], "SBT SBR"),
+            (1, [1, 1, 1], "NBL"),
+            (6, [1, 2, 2], "NBT NBR"),
+            (5, [1, 2, 1], "SBL"),
+            (4, [2, 1, 1], "WBT WBR WBL"),
+            (10, [3, 1, 1], "EBL EBT EBR"),
+        ]);
+        number(&mut plan, &Numbers::of(&today, DrivingSide::Right));
+        let of = |p: &PlanPhase| (p.number, p.ring, p.barrier);
+        let expected = [(6, 2, 1), (5, 2, 1), (2, 1, 1), (1, 1, 1), (8, 2, 2), (4, 1, 3)];
+        assert_eq!(plan.phases.iter().map(of).collect::<Vec<_>>(), expected);
     }
 
     pub(in crate::plans) fn phase() -> PlanPhase {
