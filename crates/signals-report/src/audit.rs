@@ -7,7 +7,7 @@
 //!   phases as in the simulation.
 //! - **Splits** of plans with a cycle hold the shortest green, and walk and clearance, each with yellow and all-red. Where there
 //!   is none, a call prolongs the green.
-//! - **Volume to capacity**: the recorded volumes, by the greens of the plan if each phase lasts its split.
+//! - **Volume to capacity**: the simulated volumes, by the greens of the plan if each phase lasts its split.
 //!
 //! Source: ITE (2020); MUTCD (2009), section 4E.06; Signal Timing Manual (2nd ed.), chapters 4 to 6; HCM (6th ed.), chapter 19.
 
@@ -145,16 +145,20 @@ impl<'a> Placed<'a> {
         (value > 1.0).then_some(Finding { what, value, required: 1.0, unit: "lanes", source })
     }
 
-    /// Whether yellow and all-red, or walk and clearance, of a phase are shorter than those that other methods have to keep.
-    fn is_shorter(&self) -> bool {
-        let of = |phase: &PlanPhase| {
-            let walk_s: f64 = phase.walk_s.unwrap_or_default().iter().sum();
-            (Change::nearest(phase.change_s()).total_s(), walk_s)
-        };
+    /// Whether yellow and all-red, or walk and clearance, of a phase are shorter than those that other methods have to keep: in
+    /// tenths of seconds, and in the whole seconds that are simulated.
+    fn is_shorter(&self) -> [bool; 2] {
+        let walk_s = |phase: &PlanPhase| phase.walk_s.unwrap_or_default().iter().sum::<f64>();
+        let change_s = |phase: &PlanPhase| f64::from(Change::nearest(phase.change_s()).total_s());
         let legal = self.plan.legal(&self.timing, &self.states).phases;
-        let mut pairs =
-            self.plan.phases.iter().zip(&legal).map(|(own, legal)| (of(own), of(legal)));
-        pairs.any(|(own, legal)| own.0 < legal.0 || own.1 + 1.0 <= legal.1)
+        let mut shorter = [false; 2];
+        for (own, legal) in self.plan.phases.iter().zip(&legal) {
+            let walk = walk_s(own) + 1.0 <= walk_s(legal);
+            let times = own.change_s().into_iter().zip(legal.change_s());
+            shorter[0] |= walk || times.into_iter().any(|(own, legal)| own + SLACK_S < legal);
+            shorter[1] |= walk || change_s(own) < change_s(legal);
+        }
+        shorter
     }
 }
 
@@ -187,7 +191,7 @@ fn overloaded(ratios: Vec<(String, f64)>) -> impl Iterator<Item = Finding> {
     ratios.into_iter().filter(|(_, ratio)| *ratio > 1.0).map(|(group, value)| {
         let check = if value > IMPLAUSIBLE { ": check plan and counts first" } else { "" };
         let source = "Highway Capacity Manual, chapter 19";
-        let what = format!("{group}: volume to capacity{check}");
+        let what = format!("{group}: simulated volume to capacity by splits{check}");
         Finding { what, value, required: 1.0, unit: "", source }
     })
 }
@@ -250,10 +254,11 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
     (plans > 0).then(|| context! { plans, wrong, count, rows => ROWS, table })
 }
 
-/// Returns at how many signals, of how many, what is done today has shorter clearances than other methods have to keep.
-pub(crate) fn shorter(seen: Seen<'_>) -> (usize, usize) {
+/// Returns at how many signals, of how many, what is done today has shorter clearances than other methods have to keep: in
+/// tenths, and as simulated.
+pub(crate) fn shorter(seen: Seen<'_>) -> ([usize; 2], usize) {
     let short = each(seen, |_, placed| placed.is_shorter());
-    (short.iter().filter(|is| **is).count(), short.len())
+    ([0, 1].map(|k| short.iter().filter(|is| is[k]).count()), short.len())
 }
 
 #[cfg(test)]
@@ -337,7 +342,7 @@ mod tests {
         let split = |ring: &Vec<usize>| ring.iter().map(|p| legal.phases[*p].split_s()).sum();
         let splits = legal.sides().iter().flatten().map(split).map(|s: f64| s.round()).collect();
         let placed = Placed::new(&legal, &drawn, &limits);
-        assert!(!placed.is_shorter());
+        assert_eq!(placed.is_shorter(), [false; 2]);
         let in_legal = placed.findings().into_iter().map(said).collect();
         (found.collect(), (in_legal, legal.cycle_s, splits))
     }
@@ -364,8 +369,8 @@ mod tests {
             "phase 6: all-red at 40 mph (64 km/h) 0.20 1.17",
             "phase 6: walk 4.00 7.00",
             "phase 8: split with walk, clearance, yellow and all-red 26.00 30.10",
-            "NBT: volume to capacity: check plan and counts first 1.25 1.00",
-            "WBL: volume to capacity 1.10 1.00",
+            "NBT: simulated volume to capacity by splits: check plan and counts first 1.25 1.00",
+            "WBL: simulated volume to capacity by splits 1.10 1.00",
         ];
         let (found, (in_legal, ..)) = audited(&faults, [1500.0, 410.0]);
         assert_eq!(found, expected);

@@ -176,9 +176,12 @@ impl Drawing {
             }
             let middle = outer - LANE_M / 2.0;
             self.arrow(axes, (stop_m + ARROW_M, middle), &arm.lanes[lane]);
-            if let Some(long_m) = arm.bay_m(lane).filter(|m| *m < SHOWN_M) {
-                let at = axes.at(stop_m + long_m + 3.0, middle);
-                self.words(at, "", &format!("{long_m:.0} m"));
+            // Of lanes of one turn the first says their length; those that are longer than what is drawn, within it.
+            let is_first = lane == 0 || arm.lanes[lane - 1] != arm.lanes[lane];
+            if let Some(long_m) = arm.bay_m(lane).filter(|_| is_first) {
+                let inside_m = if arm.lanes[lane] == "l" { SHOWN_M - 6.0 } else { SHOWN_M - 14.0 };
+                let at_m = if long_m < SHOWN_M - 3.0 { long_m + 3.0 } else { inside_m };
+                self.words(axes.at(stop_m + at_m, middle), "", &format!("{long_m:.0} m"));
             }
         }
         for lane in 1..arm.lanes_out {
@@ -287,6 +290,11 @@ mod tests {
         let svg = sketch(&drawn(false), "a & b", &["L 5".into(), String::new()]);
         assert!(svg.contains("<title>a &amp; b</title>") && svg.contains("arm &lt;0&gt;"), "{svg}");
         assert!(svg.contains(">30 m<") && svg.contains(">L 5<"), "{svg}");
+        let long = DrawnIntersection {
+            arms: vec![arm(0.0, &["s", "l", "l"], Some(76.0))],
+            ..drawn(false)
+        };
+        assert_eq!(sketch(&long, "", &[String::new()]).matches(">76 m<").count(), 1);
         assert_eq!(svg.matches("stroke-width=\"2.5\"").count(), 2, "two stop lines");
     }
 
