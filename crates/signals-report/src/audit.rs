@@ -29,7 +29,7 @@ use signals::existing::{Control, ExistingPlan, PlanPhase};
 use signals::movement_results::{MovementResult, supplied};
 use signals::places::{DrawnArm, DrawnIntersection};
 use signals::settings::SignalSettings;
-use signals::timing::{Change, Timing, WALK_S, WALKING_MPS};
+use signals::timing::{Change, Timing, WALK_S, WALKING_MPS, nearest_s};
 use signals::vocabulary::Heading;
 
 /// Name of the table in the report's folder.
@@ -74,18 +74,13 @@ impl<'a> Placed<'a> {
         Self { plan, drawn, timing: drawn.timing(limits), states: drawn.states(plan) }
     }
 
-    /// Returns the phases, each with its state and the approach with the longest crosswalk that people cross in it.
-    fn phases(&self) -> impl Iterator<Item = (&PlanPhase, &String, Option<usize>)> {
-        let count = self.drawn.incoming().count();
-        let crosswalks = self.plan.crosswalks(&self.timing, &self.states, count);
-        let phases = self.plan.phases.iter().zip(&self.states).zip(crosswalks);
-        phases.map(|((phase, state), crosswalk)| (phase, state, crosswalk))
-    }
-
     /// Returns what is wrong with times and right of way.
     fn findings(&self) -> Vec<Finding> {
-        let mut found = Vec::new();
-        for (phase, state, crosswalk) in self.phases() {
+        let (mut found, count) = (Vec::new(), self.drawn.incoming().count());
+        let crosswalks = self.plan.crosswalks(&self.timing, &self.states, count);
+        let changes = self.states.iter().zip(self.plan.after(&self.states));
+        let phases = self.plan.phases.iter().zip(changes).zip(crosswalks);
+        for ((phase, (state, after)), crosswalk) in phases {
             let mut add = |what: String, value: f64, required: f64, source| {
                 let what = format!("phase {}: {what}", phase.number);
                 if value + SLACK_S < required {
@@ -93,9 +88,9 @@ impl<'a> Placed<'a> {
                 }
             };
             let PlanPhase { yellow_s, all_red_s, min_green_s, .. } = *phase;
-            // A phase without a yellow ends nothing.
+            // A phase without a yellow ends nothing, and what goes on in the next one needs none.
             let (mut least_yellow_s, mut least_red_s, mut mph) = (0.0_f64, 0.0_f64, 0.0_f64);
-            for approach in self.timing.approaches(state).filter(|_| yellow_s > 0.0) {
+            for approach in self.timing.ending(state, &after).filter(|_| yellow_s > 0.0) {
                 let [own_s, red_s] = self.timing.kinematic_s(approach);
                 let own_s = own_s.clamp(YELLOW_S[0], YELLOW_S[1]);
                 least_yellow_s = least_yellow_s.max(own_s);
@@ -149,14 +144,16 @@ impl<'a> Placed<'a> {
     /// tenths of seconds, and in the whole seconds that are simulated.
     fn is_shorter(&self) -> [bool; 2] {
         let walk_s = |phase: &PlanPhase| phase.walk_s.unwrap_or_default().iter().sum::<f64>();
-        let change_s = |phase: &PlanPhase| f64::from(Change::nearest(phase.change_s()).total_s());
+        let total_s = |phase: &PlanPhase| phase.change_s().iter().sum::<f64>();
         let legal = self.plan.legal(&self.timing, &self.states).phases;
         let mut shorter = [false; 2];
         for (own, legal) in self.plan.phases.iter().zip(&legal) {
             let walk = walk_s(own) + 1.0 <= walk_s(legal);
             let times = own.change_s().into_iter().zip(legal.change_s());
             shorter[0] |= walk || times.into_iter().any(|(own, legal)| own + SLACK_S < legal);
-            shorter[1] |= walk || change_s(own) < change_s(legal);
+            let is_short = total_s(own) + SLACK_S < total_s(legal);
+            let holding_s = Change::holding(legal.change_s()).total_s();
+            shorter[1] |= walk || is_short && nearest_s(total_s(own)) < holding_s;
         }
         shorter
     }
@@ -272,12 +269,12 @@ mod tests {
     /// A street of 40 mph with double left turns across one of 30 mph, signalled as the standards want it.
     const PLAN: &str = "\
         intersection,control,cycle_s,phase,ring,barrier,position,movements,yielding,min_green_s,max_green_s,yellow_s,all_red_s,walk_s,clearance_s
-        7,pretimed,90,1,1,1,1,WBL,,5,9.8,4,1.2,,
-        7,pretimed,90,2,1,1,2,EBT EBR,,10,34.8,4,1.2,7,14
-        7,pretimed,90,4,1,2,1,NBT NBR,NBL,10,29.9,3.2,1.9,7,18
-        7,pretimed,90,5,2,1,1,EBL,,5,9.8,4,1.2,,
-        7,pretimed,90,6,2,1,2,WBT WBR,,10,34.8,4,1.2,7,14
-        7,pretimed,90,8,2,2,1,SBT SBR,SBL,10,29.9,3.2,1.9,7,18
+        7,pretimed,90,1,1,1,1,WBL,,5,9.7,4,1.3,,
+        7,pretimed,90,2,1,1,2,EBT EBR,,10,34.7,4,1.3,7,14
+        7,pretimed,90,4,1,2,1,NBT NBR,NBL,10,29.7,3.2,2.1,7,18
+        7,pretimed,90,5,2,1,1,EBL,,5,9.7,4,1.3,,
+        7,pretimed,90,6,2,1,2,WBT WBR,,10,34.7,4,1.3,7,14
+        7,pretimed,90,8,2,2,1,SBT SBR,SBL,10,29.7,3.2,2.1,7,18
 ";
 
     type Lengthened = (Vec<String>, Option<f64>, Vec<f64>);
@@ -351,26 +348,26 @@ mod tests {
     fn ten_planted_faults_are_found_and_none_besides() {
         assert_eq!(audited(&[], [1000.0, 300.0]).0, [""; 0]);
         let faults = [
-            ("1,WBL,,5,9.8", "1,WBL,,12,9.8"),
-            ("EBT EBR,,10,34.8,4", "EBT EBR,EBL,10,35.8,3"),
-            ("9.9,3.2,1.9,7,18\n7,pretimed,90,5", "9.9,3.2,1.9,7,9\n7,pretimed,90,5"),
-            ("EBL,,5,9.8,4,", "EBL,,5,10.8,3,"),
-            ("WBR,,10,34.8,4,1.2,7,14", "WBR,,10,35.8,4,0.2,4,14"),
-            ("8,2,2,1,SBT SBR,SBL,10,29.9", "8,2,2,1,SBT SBR,SBL,10,20.9"),
+            ("1,WBL,,5,9.7", "1,WBL,,12,9.7"),
+            ("EBT EBR,,10,34.7,4,1.3", "EBT EBR,EBL,10,35.6,3,1.4"),
+            ("9.7,3.2,2.1,7,18\n7,pretimed,90,5", "9.7,3.2,2.1,7,9\n7,pretimed,90,5"),
+            ("EBL,,5,9.7,4,1.3", "EBL,,5,10.6,3,1.4"),
+            ("WBR,,10,34.7,4,1.3,7,14", "WBR,,10,35.7,4,0.3,4,14"),
+            ("8,2,2,1,SBT SBR,SBL,10,29.7", "8,2,2,1,SBT SBR,SBL,10,20.7"),
         ];
-        // Yellow 1 + 17.88 / 6.1, all-red (16 + 6.1) / 17.88 less what yellow is longer; 6 lanes of 12 ft at 3.5 ft/s; 1,800
-        // veh/h by two lanes and 29.9 or 9.8 of 90 s, left turns less 5%.
+        // Yellow 1 + 17.88 / 6.1, all-red (18.3 + 6.1) / 17.88 less what yellow is longer; 6 lanes of 12 ft at 3.5 ft/s; 1,800
+        // veh/h by two lanes and 29.7 or 9.7 of 90 s, left turns less 5%.
         let expected = [
-            "phase 1: split with shortest green, yellow and all-red 15.00 17.20",
+            "phase 1: split with shortest green, yellow and all-red 15.00 17.30",
             "phase 2: yellow at 40 mph (64 km/h) 3.00 3.93",
             "phase 2: lanes of EBL that yield 2.00 1.00",
-            "phase 4: clearance, yellow and all-red over 72 ft (22.0 m) 14.10 20.58",
+            "phase 4: clearance, yellow and all-red over 72 ft (22.0 m) 14.30 20.58",
             "phase 5: yellow at 40 mph (64 km/h) 3.00 3.93",
-            "phase 6: all-red at 40 mph (64 km/h) 0.20 1.17",
+            "phase 6: all-red at 40 mph (64 km/h) 0.30 1.30",
             "phase 6: walk 4.00 7.00",
-            "phase 8: split with walk, clearance, yellow and all-red 26.00 30.10",
-            "NBT: simulated volume to capacity by splits: check plan and counts first 1.25 1.00",
-            "WBL: simulated volume to capacity by splits 1.10 1.00",
+            "phase 8: split with walk, clearance, yellow and all-red 26.00 30.30",
+            "NBT: simulated volume to capacity by splits: check plan and counts first 1.26 1.00",
+            "WBL: simulated volume to capacity by splits 1.11 1.00",
         ];
         let (found, (in_legal, ..)) = audited(&faults, [1500.0, 410.0]);
         assert_eq!(found, expected);
@@ -380,13 +377,13 @@ mod tests {
     #[test]
     fn legal_clearances_keep_the_cycle_where_walks_fit_into_it_and_make_it_longer_otherwise() {
         let vph = [0.0; 2];
-        let short = [("29.9,3.2,1.9,7,18", "30.9,3.2,0.9,7,9")];
+        let short = [("29.7,3.2,2.1,7,18", "30.9,3.2,0.9,7,9")];
         assert_eq!(audited(&short, vph).1, (vec![], Some(90.0), vec![55.0, 55.0, 35.0, 35.0]));
-        // 7 s and 22 m at 1.067 m/s are 28 s, with 0.9 s that stays beyond whole seconds and 5.1 s of change 34 s; so are 7 s and 18.3 m 31 s
-        // beside a left turn of 5.8 and 5.2 s.
-        let tight = [("29.9,3.2,1.9,7,18", "20.9,3.2,0.9,7,9"), ("pretimed,90", "pretimed,80")];
+        // 7 s and 22 m at 1.067 m/s are 28 s, with 0.7 s that stays beyond whole seconds and 5.3 s of change 34 s; so are 7 s and 18.3 m 31 s
+        // beside a left turn of 5.7 and 5.3 s.
+        let tight = [("29.7,3.2,2.1,7,18", "20.9,3.2,0.9,7,9"), ("pretimed,90", "pretimed,80")];
         assert_eq!(audited(&tight, vph).1, (vec![], Some(80.0), vec![46.0, 46.0, 34.0, 34.0]));
-        let tighter = [tight[0], ("10,34.8,4", "10,16.8,4"), ("pretimed,90", "pretimed,62")];
+        let tighter = [tight[0], ("10,34.7,4", "10,16.7,4"), ("pretimed,90", "pretimed,62")];
         assert_eq!(audited(&tighter, vph).1, (vec![], Some(76.0), vec![42.0, 42.0, 34.0, 34.0]));
     }
 }

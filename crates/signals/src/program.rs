@@ -6,10 +6,11 @@ use serde::{Deserialize, Serialize};
 pub const PHASES: &str = "phases ";
 
 /// How a program goes on from phase to phase.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ProgramKind {
     /// Each phase lasts its duration.
+    #[default]
     Static,
     /// A phase is prolonged while vehicles follow each other closely.
     Actuated,
@@ -122,7 +123,7 @@ pub struct RingStages {
 }
 
 /// The program that a signal ran in the evaluation episodes of a task.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignalProgram {
     /// SUMO's id of the signal.
@@ -163,19 +164,7 @@ pub struct SignalProgram {
 impl SignalProgram {
     /// Returns a program of these phases, which is not the network's own and begins at time 0.
     pub fn new(signal: impl Into<String>, kind: ProgramKind, phases: Vec<ProgramPhase>) -> Self {
-        Self {
-            signal: signal.into(),
-            own: false,
-            kind,
-            offset_s: 0.0,
-            max_gap_s: None,
-            phases,
-            cycle_s: None,
-            stages: None,
-            rings: Vec::new(),
-            greens_s: Vec::new(),
-            links: Vec::new(),
-        }
+        Self { signal: signal.into(), kind, phases, ..Self::default() }
     }
 }
 

@@ -10,7 +10,8 @@
 //! - **Width** of a crossing street is that of its lanes in both directions, the widest of all streets
 //!   that cross the approach at 30 to 150 degrees.
 //! - **Tenths and whole seconds**: yellow and all-red are tenths, rounded up, for the cabinet. SUMO's steps are whole
-//!   seconds, so both together are rounded to the nearest in the simulation, as those of existing plans are.
+//!   seconds, so both together are rounded up in the simulation. The cabinet's greens have what that is too much: with the
+//!   splits that were simulated none is shorter than its limits. (Existing plans keep their greens, and are rounded to the nearest.)
 //! - **Crosswalks** lie across every approach. A green serves that of an approach if the approach waits (right
 //!   turns do not count), nothing goes straight on into its street, and no left turn with an arrow of its
 //!   own, one that is protected from an opposing approach, goes there. Where pedestrians push buttons at more than three
@@ -22,8 +23,8 @@
 //!   under every method. So all methods serve the same crosswalks.
 //! - **Consecutive greens** that serve a crosswalk or a movement carry its time together; see
 //!   [`needs`](super::needs). This holds with `pedestrians`; without them every green lasts its own shortest time.
-//! - **Lanes of a crosswalk** are as wide as the network says. Those of which it says nothing have SUMO's 3.2 m, in
-//!   place of which a crosswalk takes `lane_width_m`.
+//! - **Lanes of a street** are as wide as the network says. Those of which it says nothing have SUMO's 3.2 m, in place of
+//!   which crosswalks and all-red take `lane_width_m`.
 //!
 //! Source: ITE, "Guidelines for Determining Traffic Signal Change and Clearance Intervals" (2020);
 //! MUTCD (2009), sections 4D.26 and 4E.06; HCM (6th ed.), chapter 19; "Signal Timing Manual" (2nd ed.,
@@ -105,9 +106,14 @@ impl Change {
         Self { yellow_s, all_red_s: total_s - yellow_s }
     }
 
-    /// Returns the whole seconds next to yellow and all-red together.
-    pub fn nearest([yellow_s, all_red_s]: [f64; 2]) -> Self {
-        Self::of(nearest_s(yellow_s + all_red_s), [yellow_s, all_red_s])
+    /// Returns the fewest whole seconds that are not less than yellow and all-red together.
+    pub fn holding([yellow_s, all_red_s]: [f64; 2]) -> Self {
+        Self::of(beside(yellow_s + all_red_s)[1], [yellow_s, all_red_s])
+    }
+
+    /// Returns yellow and all-red for the cabinet, of which these are the whole seconds; `None` where they are the same.
+    pub(crate) fn unless_exact(self, exact_s: [f64; 2]) -> Option<[f64; 2]> {
+        Some(exact_s).filter(|s| *s != [self.yellow_s, self.all_red_s].map(f64::from))
     }
 }
 
@@ -157,31 +163,27 @@ impl Timing {
 
     /// Returns yellow and all-red between two greens, as they are simulated; `None` when no green ends.
     pub fn change(&self, from: &str, to: &str) -> Option<Change> {
-        self.exact_change_s(from, to).map(Change::nearest)
+        self.exact_change_s(from, to).map(Change::holding)
     }
 
     /// Returns yellow and all-red between two greens, tenths of seconds; `None` when no green ends.
     pub(crate) fn exact_change_s(&self, from: &str, to: &str) -> Option<[f64; 2]> {
-        let letters = || from.chars().zip(to.chars()).enumerate();
-        let ending = || letters().filter(|(_, (a, b))| ends(*a, *b)).map(|(index, _)| index);
-        ending().next()?;
+        from.chars().zip(to.chars()).find(|(a, b)| ends(*a, *b))?;
         let s = &self.settings;
         let least_s = [s.yellow_time_s, s.all_red_s].map(f64::from);
         if s.change_interval == ChangeInterval::Fixed {
             return Some(least_s);
         }
-        let approaches = ending().flat_map(|index| self.ways(index)).map(|way| way.approach);
-        Some(approaches.fold(least_s, |worst_s, approach| {
+        Some(self.ending(from, to).fold(least_s, |worst_s, approach| {
             let own_s = self.kinematic(approach);
             [0, 1].map(|i: usize| worst_s[i].max(own_s[i]))
         }))
     }
 
-    /// Returns yellow and all-red between two greens where the simulation rounds them, tenths of seconds.
-    pub fn rounded_change_s(&self, from: &str, to: &str) -> Option<[f64; 2]> {
-        let exact_s = self.exact_change_s(from, to)?;
-        let Change { yellow_s, all_red_s } = Change::nearest(exact_s);
-        Some(exact_s).filter(|exact_s| *exact_s != [yellow_s, all_red_s].map(f64::from))
+    /// Returns the approaches of which a link has green in one state and has to stop before the other, some several times.
+    pub fn ending<'a>(&'a self, from: &'a str, to: &'a str) -> impl Iterator<Item = usize> + 'a {
+        let ending = from.chars().zip(to.chars()).enumerate().filter(|(_, (a, b))| ends(*a, *b));
+        ending.flat_map(|(index, _)| self.ways(index)).map(|way| way.approach)
     }
 
     /// Returns what is shown between two greens, and for how long, seconds: yellow, then all-red; nothing
@@ -216,10 +218,10 @@ impl Timing {
     /// Returns the width of the widest street that crosses an approach, metres; 0 where none does.
     fn crossing_m(&self, approach: usize) -> f64 {
         let heading = self.approaches[approach].heading_deg;
-        self.approaches
-            .iter()
-            .filter(|other| CROSSING_DEG.contains(&turn_degrees(heading, other.heading_deg).abs()))
-            .map(|other| other.width_m)
+        let others = self.approaches.iter().enumerate();
+        others
+            .filter(|(_, o)| CROSSING_DEG.contains(&turn_degrees(heading, o.heading_deg).abs()))
+            .map(|(other, _)| self.crosswalk_m(other))
             .fold(0.0, f64::max)
     }
 
@@ -234,11 +236,6 @@ impl Timing {
             serves(approach, Turn::Through) || serves(approach, Turn::Left) && !has_through
         };
         !approaches.clone().any(is_other) && approaches.into_iter().any(|a| serves(a, Turn::Left))
-    }
-
-    /// Returns the approaches that have green in a state, some several times.
-    pub fn approaches<'a>(&'a self, state: &'a str) -> impl Iterator<Item = usize> + 'a {
-        self.moving(state, is_green).map(|(way, _)| way.approach)
     }
 
     fn served<'a>(&'a self, green: &'a str, approach: usize) -> impl Iterator<Item = Turn> + 'a {
@@ -270,7 +267,9 @@ impl Timing {
         let is_yellow = |state: &str| state.contains(['y', 'Y', 'u']);
         let lingers = |i: usize| {
             let before = i + phases.len() - 1;
-            if !is_yellow(at(before).0) || at(before).0.replace(['y', 'Y', 'u'], "r") != at(i).0 {
+            // Where vehicles may turn on red, it is red.
+            let red = |state: &str| state.replace(['y', 'Y', 'u', 's'], "r");
+            if !is_yellow(at(before).0) || red(at(before).0) != at(i).0.replace('s', "r") {
                 return false;
             }
             let from = (1..phases.len()).map(|k| at(before + phases.len() - k).0);
@@ -423,7 +422,11 @@ mod tests {
         fast.approaches[2].speed_mps = 22.35;
         fast.approaches[1].width_m = 30.0;
         // The slow approach: 3.20 + 2.69 s; the fast one: 4.66 + 1.62 s.
-        assert_eq!(of(&fast), ([4.7, 2.7], 5, 2));
+        assert_eq!(of(&fast), ([4.7, 2.7], 5, 3));
+        let wide = cross(&SignalSettings { lane_width_m: Some(3.66), ..field() });
+        assert_eq!(of(&wide), ([3.2, 1.6], 4, 1), "all-red over four lanes of 12 ft: 20.7 / 13.41");
+        // Rounded up, 3.2 and 1.9 are 6 s: the cabinet's green is 0.9 s longer than the simulated one.
+        assert_eq!(Change::holding([3.2, 1.9]), Change { yellow_s: 4, all_red_s: 2 });
     }
 
     #[test]

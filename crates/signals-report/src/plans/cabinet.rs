@@ -28,7 +28,7 @@ use signals::control::{existing, retime};
 use signals::existing::table::{WRITTEN, cells, name, to_csv};
 use signals::existing::{Control, ExistingPlan, NamedPlan, PlanPhase, Recall, schedule};
 use signals::family::load::number_of_intersection;
-use signals::timing::Change;
+use signals::timing::{Change, nearest_s};
 use signals::utdf::to_utdf;
 
 /// Name of the table in the report's folder.
@@ -179,11 +179,14 @@ fn simulated(plan: &ExistingPlan) -> String {
     let (timed, _) = schedule(plan);
     let of = |phase: &PlanPhase| {
         let at = plan.phases.iter().position(|other| other.number == phase.number)?;
+        let change_s = phase.change_s();
         let Change { yellow_s, all_red_s } = match plan.control {
-            Control::Actuated => Change::nearest(phase.change_s()),
+            // Other methods keep to the limits.
+            _ if plan.ways.is_empty() => Change::holding(change_s),
+            Control::Actuated => Change::of(nearest_s(change_s.iter().sum()), change_s),
             Control::Pretimed | Control::Coordinated => timed[at].change,
         };
-        let is_rounded = phase.change_s() != [yellow_s, all_red_s].map(f64::from);
+        let is_rounded = change_s != [yellow_s, all_red_s].map(f64::from);
         is_rounded.then(|| format!("{}: {yellow_s} + {all_red_s} s", phase.label()))
     };
     in_order(plan).into_iter().filter_map(of).collect::<Vec<_>>().join(", ")

@@ -43,7 +43,7 @@ impl Told {
     pub(super) fn given_back(&self) -> ExistingPlan {
         let mut plan = self.plan.clone();
         for phase in plan.phases.iter_mut().filter(|_| self.is_stages) {
-            let least_s = phase.min_green_s.ceil();
+            let least_s = phase.min_green_s;
             phase.walk_s = phase.walk_s.filter(|[walk_s, clear_s]| walk_s + clear_s <= least_s);
         }
         plan

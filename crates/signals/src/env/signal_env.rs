@@ -12,7 +12,7 @@ use crate::settings::{SignalSettings, SimulationSettings};
 use crate::sim::error::SimError;
 use crate::sim::sources::Sources;
 use crate::sim::{Program, ProgramPhase, Scene, SignalInfo, Sim, Snapshot, StartOptions, tripinfo};
-use crate::timing::Timing;
+use crate::timing::{Change, Timing};
 use basics::units::SECONDS_PER_HOUR;
 
 use super::along::Along;
@@ -696,10 +696,11 @@ fn kept(timing: &Timing, links: Vec<String>, running: Running) -> SignalProgram 
     let (starts, greens) = (starts(&kept), greens(&kept));
     for (k, green) in greens.iter().enumerate() {
         let next = &greens[(k + 1) % greens.len()].state;
-        let ours_s = timing.change(&green.state, next).map(|change| f64::from(change.total_s()));
+        let Some(exact_s) = timing.exact_change_s(&green.state, next) else { continue };
+        let ours = Change::holding(exact_s);
         // A program of the network may have other changes.
-        if ours_s == Some(green.yellow_s + green.all_red_s) {
-            kept.phases[starts[k]].exact_s = timing.rounded_change_s(&green.state, next);
+        if f64::from(ours.total_s()) == green.yellow_s + green.all_red_s {
+            kept.phases[starts[k]].exact_s = ours.unless_exact(exact_s);
         }
     }
     kept

@@ -31,9 +31,12 @@ impl ExistingPlan {
     pub fn legal(&self, timing: &Timing, states: &[String]) -> Self {
         let (mut plan, mut greens) = (self.clone(), RingGreens::default());
         let crosswalks = self.crosswalks(timing, states, timing.crossings());
-        for ((phase, state), crosswalk) in plan.phases.iter_mut().zip(states).zip(crosswalks) {
+        let changes = states.iter().zip(self.after(states));
+        for ((phase, (state, after)), crosswalk) in
+            plan.phases.iter_mut().zip(changes).zip(crosswalks)
+        {
             let (split_s, [yellow_s, red_s]) = (phase.split_s(), phase.change_s());
-            let change_s = timing.exact_change_s(state, &state.replace('G', "r"));
+            let change_s = timing.exact_change_s(state, &after);
             if let Some([own_s, own_red_s]) = change_s.filter(|_| yellow_s > 0.0) {
                 phase.yellow_s = yellow_s.max(own_s);
                 // What a yellow is longer counts as all-red.

@@ -43,10 +43,11 @@ const MOST_NUMBER: f64 = 99.0;
 const YELLOW_S: [f64; 2] = [1.0, 10.0];
 
 /// How a signal goes on from phase to phase.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Control {
     /// Every phase lasts its split.
+    #[default]
     Pretimed,
     /// Phases last as long as vehicles come, up to their longest green.
     Actuated,
@@ -151,7 +152,7 @@ impl PlanPhase {
 }
 
 /// The plan of a signal.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExistingPlan {
     /// How it goes on from phase to phase.
@@ -203,16 +204,7 @@ pub struct Plans {
 impl ExistingPlan {
     /// Returns a plan of these phases, without a cycle.
     pub fn new(control: Control, phases: Vec<PlanPhase>) -> Self {
-        Self {
-            control,
-            cycle_s: None,
-            offset_s: Some(0.0),
-            reference: Vec::new(),
-            referenced_to: 0,
-            phases,
-            merging: Vec::new(),
-            ways: BTreeMap::new(),
-        }
+        Self { control, offset_s: Some(0.0), phases, ..Self::default() }
     }
 
     /// Adds a phase; of two numbers it goes by the one that no phase before it has.
@@ -328,27 +320,45 @@ impl ExistingPlan {
 
     /// Checks that a phase without a yellow ends nothing: all its movements go on in the phase after it.
     fn check_changes(&self) -> Result<(), String> {
-        let sides = self.sides();
-        for ring in sides.iter().flatten() {
-            for (place, phase) in ring.iter().map(|i| &self.phases[*i]).enumerate() {
-                let first = ring.first().filter(|_| sides.len() == 1);
-                let goes_on = ring.get(place + 1).or(first).is_some_and(|next| {
-                    let next = &self.phases[*next];
-                    let comes = self.control == Control::Pretimed || next.recall != Recall::None;
-                    let has = |name: &String| next.all_movements().any(|other| other == name);
-                    comes && phase.all_movements().all(has)
-                });
-                let [least, most] = YELLOW_S;
-                if phase.yellow_s < least && !goes_on {
-                    return Err(format!(
-                        "phase {} has a yellow of {} s; expected {least} to {most} s, or less where all its movements go on in \
-                         the next phase of its ring and that phase comes in every cycle",
-                        phase.number, phase.yellow_s
-                    ));
-                }
+        let [least, most] = YELLOW_S;
+        for (phase, next) in self.phases.iter().zip(self.nexts()) {
+            let goes_on = next.is_some_and(|next| {
+                let next = &self.phases[next];
+                phase.all_movements().all(|name| next.all_movements().any(|other| other == name))
+            });
+            if phase.yellow_s < least && !goes_on {
+                return Err(format!(
+                    "phase {} has a yellow of {} s; expected {least} to {most} s, or less where all its movements go on in \
+                     the next phase of its ring and that phase comes in every cycle",
+                    phase.number, phase.yellow_s
+                ));
             }
         }
         Ok(())
+    }
+
+    /// Returns per phase the next one of its ring on its side of the barrier, where that comes in every cycle.
+    fn nexts(&self) -> Vec<Option<usize>> {
+        let (sides, mut nexts) = (self.sides(), vec![None; self.phases.len()]);
+        for ring in sides.iter().flatten() {
+            let first = ring.first().filter(|_| sides.len() == 1);
+            for (place, index) in ring.iter().enumerate() {
+                let next = ring.get(place + 1).or(first).copied();
+                let comes = |next: &usize| self.phases[*next].recall != Recall::None;
+                nexts[*index] = next.filter(|p| self.control == Control::Pretimed || comes(p));
+            }
+        }
+        nexts
+    }
+
+    /// Returns per phase the state after it, all red but for links that surely stay green in the next phase.
+    ///
+    /// # Arguments
+    ///
+    /// * `states` — per phase the state in which its links are green, and no other.
+    pub fn after(&self, states: &[String]) -> Vec<String> {
+        let red = || states[0].replace('G', "r");
+        self.nexts().into_iter().map(|next| next.map_or_else(red, |p| states[p].clone())).collect()
     }
 
     /// Checks that the reference phases can hold the green, one per ring, and that the splits make the cycle.

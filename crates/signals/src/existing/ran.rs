@@ -172,11 +172,8 @@ pub fn greens(program: &SignalProgram) -> Vec<Green> {
 /// Returns the indices of the phases that are greens.
 pub fn starts(program: &SignalProgram) -> Vec<usize> {
     let timing = Timing::new(&SignalSettings::default(), Vec::new(), Vec::new());
-    // Where vehicles may turn on red, it is red.
-    let states: Vec<String> = program.phases.iter().map(|p| p.state.replace('s', "r")).collect();
-    let durations = program.phases.iter().map(|p| p.duration_s);
-    let pairs: Vec<(&str, f64)> = states.iter().map(String::as_str).zip(durations).collect();
-    timing.greens(&pairs)
+    let pairs = program.phases.iter().map(|p| (p.state.as_str(), p.duration_s));
+    timing.greens(&pairs.collect::<Vec<_>>())
 }
 
 #[cfg(test)]

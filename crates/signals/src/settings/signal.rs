@@ -134,8 +134,8 @@ settings! {
         /// intersection with counted pedestrians, these push the buttons, and there is no recall.
         #[serde(skip_serializing_if = "Option::is_none")]
         pedestrian_calls_per_h: Option<f64> = None, in 0.0..=3600.0, unit "pedestrians/h", source "our choice";
-        /// Width of lanes that a crosswalk leads over, where the network says none; without it SUMO's 3.2 m. It has an
-        /// effect only if `pedestrians` is true.
+        /// Width of lanes that crosswalks and all-red (with `change_interval = "kinematic"`) lead over, where the network says
+        /// none; without it SUMO's 3.2 m.
         #[serde(skip_serializing_if = "Option::is_none")]
         lane_width_m: Option<f64> = None, in 2.0..=6.0, unit "m", source "SUMO";
         /// How left turns are signalled in generated networks: `permissive`, `protected`, `protected-permissive`,

@@ -49,7 +49,7 @@ impl Timing {
         whole(f64::from(WALK_S) + self.crosswalk_m(approach) / WALKING_MPS)
     }
 
-    /// Returns the length of the crosswalk of an approach, metres.
+    /// Returns the length of the crosswalk of an approach, metres: what those clear, too, who cross the street.
     pub fn crosswalk_m(&self, approach: usize) -> f64 {
         let approach = &self.approaches[approach];
         let wider_m =
@@ -91,7 +91,7 @@ impl Timing {
     }
 
     /// Returns the ways whose letters say that vehicles move, with these.
-    pub(super) fn moving<'a>(
+    fn moving<'a>(
         &'a self,
         shown: &'a str,
         moves: fn(char) -> bool,
@@ -266,13 +266,9 @@ impl Timing {
     /// Returns the phases in a row with one walk, to the last green, and the time from the first of them until somebody who is in
     /// the way gets green, seconds. Where every green serves the crosswalk, each is a row.
     fn rows(&self, phases: &[(&str, f64)], crossing: usize) -> Vec<(Vec<usize>, f64)> {
-        // Red from which vehicles may turn is red.
-        let plain: Vec<(String, f64)> =
-            phases.iter().map(|(state, s)| (state.replace('s', "r"), *s)).collect();
-        let plain: Vec<(&str, f64)> = plain.iter().map(|(state, s)| (state.as_str(), *s)).collect();
-        let greens = self.greens(&plain);
+        let greens = self.greens(phases);
         let serves: Vec<bool> =
-            greens.iter().map(|green| self.serves_crossing(plain[*green].0, crossing)).collect();
+            greens.iter().map(|green| self.serves_crossing(phases[*green].0, crossing)).collect();
         let count = greens.len();
         let served = |place: usize| serves[place % count];
         let all = serves.iter().all(|served| *served);
