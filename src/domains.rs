@@ -83,12 +83,8 @@ pub fn entry_of(scenario: &str) -> Result<Option<&'static Entry>, FamilyError> {
     let entry = OTHERS.iter().find(|entry| entry.domain.name() == named);
     entry.map(Some).ok_or_else(|| {
         let names: Vec<&str> = domains().iter().map(|domain| domain.name()).collect();
-        FamilyError::Setting {
-            file: file.display().to_string(),
-            field: "domain".to_owned(),
-            value: format!("{named:?}"),
-            expected: format!("expected one of {}", names.join(", ")),
-        }
+        let expected = format!("expected one of {}", names.join(", "));
+        FamilyError::setting(&file.display().to_string(), "domain", format!("{named:?}"), expected)
     })
 }
 

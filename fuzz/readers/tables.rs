@@ -4,7 +4,7 @@ use osm_signals::DrivingSide;
 use tsc_family::family::MdpFamily;
 use tsc_family::family::error::FamilyError;
 use tsc_family::traffic::existing::{NamedPlan, schedule, table};
-use tsc_family::traffic::family::approaches::{Approach, read_uncounted, to_csv};
+use tsc_family::traffic::family::approaches::{Approach, read, to_csv};
 use tsc_family::traffic::family::load::{LoadedScenario, from_text};
 use tsc_family::traffic::network::demand::DemandSpec;
 use tsc_family::traffic::network::intersection::intersections;
@@ -69,7 +69,7 @@ pub(crate) fn turning_counts(bytes: &[u8]) {
     if counts.add(bytes, "counts.csv").is_err() {
         return;
     }
-    let table = read_uncounted(JUNCTIONS, "table.csv").expect("the table is in order");
+    let table = read(JUNCTIONS, "table.csv", Some(f64::NAN)).expect("the table is in order");
     let period = "am=06:00-10:00,500".parse().expect("a period");
     for periods in [vec![], vec![period]] {
         if let Ok(joined) = counts.into_approaches(&table, &periods, DrivingSide::Right) {

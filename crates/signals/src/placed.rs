@@ -112,7 +112,10 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
         return Err(wrong(all.first().map_or(1, |plan| plan.line), message));
     }
     let unused = all.iter().zip(&used).filter(|(_, used)| !**used);
-    let unused = unused.map(|(plan, _)| named_in(&plan.intersection, &plan.period));
+    let unused = unused.map(|(plan, _)| {
+        let name = named_in(&plan.intersection, &plan.period);
+        format!("{name}: {}, line {}", plans.file, plan.line)
+    });
     let doubts = [
         Doubt::of(
             "existing plans of intersections or periods that the scenario does not have",
@@ -178,11 +181,9 @@ impl Placed {
 
     /// Returns what is to be said of plans that cannot be simulated and are left out.
     pub fn left_out(&self) -> Option<Doubt> {
-        let say = |(named, why): &(NamedPlan, String)| {
-            format!("intersection {}: {why}", named.intersection)
-        };
-        let said = self.refused.iter().map(say).collect();
-        Doubt::of("existing plans that cannot be simulated are left out", said)
+        let refused = self.refused.iter();
+        let said = refused.map(|(plan, why)| format!("intersection {}: {why}", plan.intersection));
+        Doubt::of("existing plans that cannot be simulated are left out", said.collect())
     }
 }
 
@@ -589,6 +590,6 @@ mod tests {
         assert!(e.contains("line 9: 7 and 007 are plans of one intersection"), "{e}");
         let mut more = plans(plan(Control::Pretimed));
         more.all.push(NamedPlan { intersection: "9".into(), line: 9, ..more.all[0].clone() });
-        assert!(placed(&loaded, &more).unwrap().doubts[0].brief().contains("does not have (9)"));
+        assert!(placed(&loaded, &more).unwrap().doubts[0].brief().contains("does not have (9: "));
     }
 }

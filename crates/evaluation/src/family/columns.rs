@@ -15,8 +15,8 @@ pub fn at(file: &str, fault: Fault) -> FamilyError {
 pub struct Columns(Vec<(String, usize)>);
 
 impl Columns {
-    /// Returns the columns of a table, which has to have some and may have others.
-    pub fn find(headers: &StringRecord, needed: &[&str]) -> Result<Self, String> {
+    /// Returns the columns of a table, which has to have some and may have others, of which some are known.
+    pub fn find(headers: &StringRecord, needed: &[&str], known: &[&str]) -> Result<Self, String> {
         for (i, name) in headers.iter().enumerate() {
             if name.is_empty() {
                 return Err(format!("column {} has no name; give it one or remove it", i + 1));
@@ -25,8 +25,9 @@ impl Columns {
                 return Err(format!("column {name} stands twice; remove or rename one of the two"));
             }
         }
-        let is_needed = |name: &&str| needed.iter().any(|n| n.eq_ignore_ascii_case(name));
-        let others = || headers.iter().filter(|name| !is_needed(name));
+        let is_known =
+            |name: &&str| needed.iter().chain(known).any(|n| n.eq_ignore_ascii_case(name));
+        let others = || headers.iter().filter(|name| !is_known(name));
         for name in needed {
             if !headers.iter().any(|header| header.eq_ignore_ascii_case(name)) {
                 let way_out = match headers.iter().any(|h| h.parse::<f64>().is_ok()) {

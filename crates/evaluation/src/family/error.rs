@@ -86,3 +86,16 @@ pub enum FamilyError {
     #[error(transparent)]
     Io(#[from] FileError),
 }
+
+impl FamilyError {
+    /// Returns the error of a setting that is not what is expected.
+    pub fn setting(
+        file: &str,
+        field: impl Into<String>,
+        value: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> Self {
+        let file = file.to_owned();
+        Self::Setting { file, field: field.into(), value: value.into(), expected: expected.into() }
+    }
+}

@@ -49,10 +49,10 @@ pub fn read(name: &str, text: &str, file: &str, kind: &Kind<'_>) -> Result<MdpFa
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
     let header_line = sheet.header_line;
-    let columns = Columns::find(&sheet.headers, kind.needed)
+    let no_features = [&OTHERS[..], &[kind.counts]].concat();
+    let columns = Columns::find(&sheet.headers, kind.needed, &no_features)
         .and_then(|columns| weighted(&columns, kind).map(|()| columns))
         .map_err(|message| fail(Fault { line: header_line, message }))?;
-    let no_features = [&OTHERS[..], &[kind.counts]].concat();
     let is_feature =
         |name: &&str| !no_features.iter().any(|other| other.eq_ignore_ascii_case(name));
     let features: Vec<&str> = columns.names().filter(is_feature).collect();

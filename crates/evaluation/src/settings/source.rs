@@ -43,14 +43,10 @@ pub fn domain_of(text: &str) -> Option<String> {
 /// * `path` — the table, as the scenario has it.
 pub fn unreadable(error: FamilyError, file: &str, field: &str, path: &str) -> FamilyError {
     match error {
-        FamilyError::Io(e) => FamilyError::Setting {
-            file: file.to_owned(),
-            field: field.to_owned(),
-            value: format!("{path:?}"),
-            expected: format!(
-                "{e}; the path is relative to the scenario file, of an embedded scenario to the current folder"
-            ),
-        },
+        FamilyError::Io(e) => {
+            let way_out = "the path is relative to the scenario file, of an embedded scenario to the current folder";
+            FamilyError::setting(file, field, format!("{path:?}"), format!("{e}; {way_out}"))
+        }
         other => other,
     }
 }

@@ -23,12 +23,8 @@ pub fn all_within(
     for (name, section) in sections {
         for number in section.ranges() {
             within(number.value, number.low, number.high).map_err(|expected| {
-                FamilyError::Setting {
-                    file: file.to_owned(),
-                    field: format!("{name}.{}", number.name),
-                    value: shortest(number.value),
-                    expected,
-                }
+                let field = format!("{name}.{}", number.name);
+                FamilyError::setting(file, field, shortest(number.value), expected)
             })?;
         }
     }

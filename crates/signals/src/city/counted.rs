@@ -133,8 +133,7 @@ fn driving_side(request: &CountedRequest<'_>) -> Result<DrivingSide, CityError> 
 }
 
 fn refused(request: &CountedRequest<'_>, field: &str, value: String, expected: &str) -> CityError {
-    let (file, field) = (request.uncounted.file.clone(), field.to_owned());
-    FamilyError::Setting { file, field, value, expected: expected.to_owned() }.into()
+    FamilyError::setting(&request.uncounted.file, field, value, expected).into()
 }
 
 /// Leaves out intersections without any traffic: neither counts nor volumes nor daily counts.

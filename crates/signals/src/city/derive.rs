@@ -471,12 +471,8 @@ fn scenario_text(
         ("family.approaches", of.approaches.as_deref() == Some(APPROACHES_FILE), "the map"),
     ];
     if let Some((field, _, by)) = decided.into_iter().find(|(_, same, _)| !same) {
-        return Err(FamilyError::Setting {
-            file: source,
-            field: field.to_owned(),
-            value: "another value".to_owned(),
-            expected: format!("with --osm {by} decides it; leave it out"),
-        });
+        let expected = format!("with --osm {by} decides it; leave it out");
+        return Err(FamilyError::setting(&source, field, "another value", expected));
     }
     let settings = toml::to_string(&table).expect("settings are plain data");
     Ok(format!(

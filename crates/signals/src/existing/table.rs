@@ -10,7 +10,10 @@ use serde::Serialize;
 use serde_json::Value as Json;
 use sheet::{Fault, Row, Sheet};
 
-use super::{Control, ExistingPlan, NamedPlan, PlanPhase, Plans, Recall};
+use super::{
+    Control, ExistingPlan, LEAST_GREEN_S, LIMITS, NamedPlan, PlanPhase, Plans, Recall, within,
+};
+use crate::turning::few;
 use crate::vocabulary::Heading;
 use basics::files::lines;
 use evaluation::family::columns::{Columns, at};
@@ -235,9 +238,15 @@ fn movement(name: &str) -> Option<(Heading, Turn)> {
 
 /// Returns the value of a column of a row; `None` where it is empty or there is no such column.
 fn cell<T: Value>(row: &Row, columns: &Columns, name: &str) -> Result<Option<T>, String> {
-    let at = columns.get(name).filter(|at| !row.text(*at).is_empty());
-    let wrong = |at: usize| format!("{name} = {:?}: expected {}", row.text(at), T::EXPECTED);
-    at.map(|at| T::of_cell(row, at).ok_or_else(|| wrong(at))).transpose()
+    let Some(at) = columns.get(name).filter(|at| !row.text(*at).is_empty()) else {
+        return Ok(None);
+    };
+    let limits = LIMITS.iter().find(|limits| limits.0 == name);
+    if let Some((limits, number)) = limits.zip(row.number(at).ok().flatten()) {
+        within(name, number, &limits.2)?;
+    }
+    let wrong = || format!("{name} = {:?}: expected {}", row.text(at), T::EXPECTED);
+    T::of_cell(row, at).ok_or_else(wrong).map(Some)
 }
 
 /// Reads a table of existing plans.
@@ -246,11 +255,12 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
     let mut sheet = Sheet::of(text).map_err(fail)?;
     let line = sheet.header_line;
     let wrong = |message| fail(Fault { line, message });
-    let columns = Columns::find(&sheet.headers, &NEEDED).map_err(wrong)?;
-    columns.only(&[&OTHERS[..], WRITTEN].concat()).map_err(wrong)?;
+    let known = [&OTHERS[..], WRITTEN].concat();
+    let columns = Columns::find(&sheet.headers, &NEEDED, &known).map_err(wrong)?;
+    columns.only(&known).map_err(wrong)?;
     let mut plans: Vec<NamedPlan> = Vec::new();
-    // What rows of a plan said before.
-    let mut told: Vec<BTreeMap<&str, String>> = Vec::new();
+    // What rows of a plan said before, and their lines.
+    let mut told: Vec<(BTreeMap<&str, String>, Vec<u64>)> = Vec::new();
     while let Some(row) = sheet.next_row().map_err(fail)? {
         let line = row.line;
         let wrong = |message| fail(Fault { line, message });
@@ -265,13 +275,13 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
             let plan = ExistingPlan::new(Control::Pretimed, Vec::new());
             let plan = ExistingPlan { offset_s: None, ..plan };
             plans.push(NamedPlan { intersection: id, period, plan, line });
-            told.push(BTreeMap::new());
+            told.push(Default::default());
             plans.len() - 1
         });
         for name in ["control", "cycle_s", "offset_s", "reference", "referenced_to"] {
             let said = text(name);
             if !said.is_empty()
-                && told[index].entry(name).or_insert_with(|| said.to_owned()) != said
+                && told[index].0.entry(name).or_insert_with(|| said.to_owned()) != said
             {
                 return Err(wrong(format!(
                     "{name} differs from that of a row above; give an intersection one value"
@@ -286,14 +296,20 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
         plan.referenced_to = cells.referenced_to.unwrap_or(plan.referenced_to);
         cells.reference.iter().for_each(|numbers| plan.reference.clone_from(numbers));
         plan.push(cells.phase().map_err(wrong)?);
+        told[index].1.push(line);
     }
-    for (named, told) in plans.iter().zip(&told) {
-        let known = told.contains_key("control").then_some(()).ok_or("control is empty".to_owned());
-        known.and_then(|()| named.plan.check().map(|_| ())).map_err(|message| {
-            fail(Fault {
-                line: named.line,
-                message: format!("intersection {}: {message}", named.intersection),
-            })
+    for (named, (told, lines)) in plans.iter().zip(&told) {
+        let empty = || (Vec::new(), "control is empty".to_owned());
+        let known = told.contains_key("control").then_some(()).ok_or_else(empty);
+        known.and_then(|()| named.plan.checked().map(|_| ())).map_err(|(phases, message)| {
+            let at: Vec<u64> = phases.iter().map(|phase| lines[*phase]).collect();
+            let all = if at.len() > 1 {
+                format!(" (lines {})", few(at.iter().map(u64::to_string)))
+            } else {
+                String::new()
+            };
+            let message = format!("intersection {}: {message}{all}", named.intersection);
+            fail(Fault { line: at.first().copied().unwrap_or(named.line), message })
         })?;
     }
     if plans.is_empty() {
@@ -337,20 +353,17 @@ impl Cells {
         let yellow_s = self.yellow_s.ok_or_else(|| empty("yellow_s"))?;
         let all_red_s = self.all_red_s.ok_or_else(|| empty("all_red_s"))?;
         let left_s = |split_s: f64| split_s - yellow_s - all_red_s;
-        let max_green_s = match (self.max_green_s, self.split_s) {
-            (Some(green_s), Some(split_s)) if (left_s(split_s) - green_s).abs() > SPLIT_SLACK_S => {
-                return Err(format!(
-                    "split_s = {split_s}, but green, yellow and all-red are {} s together; correct one of them, or leave \
-                     split_s or max_green_s empty",
-                    rounded(green_s + yellow_s + all_red_s)
-                ));
-            }
-            (Some(green_s), _) => green_s,
-            (None, Some(split_s)) => rounded(left_s(split_s)),
-            (None, None) => {
-                return Err("neither max_green_s nor split_s; give one of them".to_owned());
-            }
-        };
+        let of_split = |split_s: f64| rounded(left_s(split_s)).max(LEAST_GREEN_S);
+        let max_green_s = (self.max_green_s.or(self.split_s.map(of_split)))
+            .ok_or("neither max_green_s nor split_s; give one of them")?;
+        let unlike = |split_s: &f64| (left_s(*split_s) - max_green_s).abs() > SPLIT_SLACK_S;
+        if let Some(split_s) = self.split_s.filter(unlike) {
+            return Err(format!(
+                "split_s = {split_s}, but green, yellow and all-red are {} s together; correct one of them, or leave split_s or \
+                 max_green_s empty",
+                rounded(max_green_s + yellow_s + all_red_s)
+            ));
+        }
         let walk_s = self.walk_s.filter(|s| *s > 0.0);
         let clearance_s = self.clearance_s.filter(|s| *s > 0.0);
         if walk_s.is_some() != clearance_s.is_some()
@@ -455,9 +468,31 @@ mod tests {
         assert_eq!(names, ["EBT EBR", "EBL"]);
         assert_eq!((phases[1].min_green_s, phases[1].passage_s), (5.0, 3.0));
         assert!(phases[1].dual_entry && plans.all[0].plan.offset_s.is_none());
-        let e = read_it("30,4,1,25", "30,4,1,26").unwrap_err();
-        assert!(e.contains("line 3: split_s = 30, but green, yellow and all-red are 31 s"), "{e}");
-        let e = read_it("30,4,1,25", ",4,1,").unwrap_err();
-        assert!(e.contains("line 3: neither max_green_s nor split_s"), "{e}");
+        for (second, expected) in [
+            ("30,4,1,26", "line 3: split_s = 30, but green, yellow and all-red are 31 s"),
+            ("4,4,1,", "line 3: split_s = 4, but green, yellow and all-red are 5.1 s"),
+            (",4,1,", "line 3: neither max_green_s nor split_s"),
+            ("-43,4,1,", "line 3: split_s = -43: expected 0.1 to 930"),
+            ("43,4,1,-37.5", "line 3: max_green_s = -37.5: expected 0.1 to 900"),
+            ("35,4,1,", "line 2: intersection 7: the cycle is 60 s, but the splits"),
+        ] {
+            let e = read_it("30,4,1,25", second).unwrap_err();
+            assert!(e.contains(expected), "{e}");
+        }
+        let rows =
+            "a,pretimed,60,1,1,1,1,NBT,,30,4,1\na,,,2,1,2,1,EBT,,30,4,1\na,,,3,2,2,1,WBT,,35,4,1";
+        for (from, to, expected) in [
+            (
+                "",
+                "",
+                "before barrier 2, 35 s in ring 2 before barrier 2); correct the cycle or a green (lines 3, 4)",
+            ),
+            ("3,2,2,1", "3,3,2,1", "line 4: ring = 3: expected 1 to 2"),
+            ("yellow_s,", "", "no column yellow_s; add it"),
+        ] {
+            let table = format!("{HEADER}\n{rows}\n").replacen(from, to, 1);
+            let e = read(&table, "e.csv").unwrap_err().to_string();
+            assert!(e.contains(expected), "{e}");
+        }
     }
 }

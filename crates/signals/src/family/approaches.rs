@@ -17,7 +17,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use basics::files::lines;
-use basics::units::KMH_TO_MPH;
 use evaluation::family::columns::{Columns, at};
 use evaluation::family::error::FamilyError;
 use evaluation::family::names::title;
@@ -267,21 +266,11 @@ impl Counted {
 ///
 /// [`FamilyError::Csv`] with file and line for a malformed row, a value out of range or a table
 /// without any count, [`FamilyError::Empty`] for a table without rows.
-pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
-    read_with(text, file, None)
-}
-
-/// Reads an approaches table to which turning counts are given, so that it may be without any count: a count that is
-/// missing and cannot be imputed is not a number.
 ///
-/// # Errors
+/// # Arguments
 ///
-/// As [`read`].
-pub fn read_uncounted(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
-    read_with(text, file, Some(f64::NAN))
-}
-
-fn read_with(
+/// * `otherwise` — what stands for a count that is missing and cannot be imputed: not a number where turning counts are to come.
+pub fn read(
     text: &str,
     file: &str,
     otherwise: Option<f64>,
@@ -293,8 +282,9 @@ fn read_with(
     }
     let header_line = sheet.header_line;
     let needed = COLUMNS.iter().filter(|c| c.0 == NEEDED).map(|c| c.1).collect::<Vec<_>>();
-    let columns = Columns::find(&sheet.headers, &needed)
-        .and_then(|columns| columns.only(&COLUMNS.map(|c| c.1)).map(|()| columns))
+    let known = COLUMNS.map(|c| c.1);
+    let columns = Columns::find(&sheet.headers, &needed, &known)
+        .and_then(|columns| columns.only(&known).map(|()| columns))
         .map_err(|message| fail(Fault::new(header_line, message)))?;
     let mut rows = Vec::new();
     let mut known = BTreeSet::new();
@@ -476,22 +466,17 @@ pub(crate) fn check(row: &Approach) -> Result<(), String> {
         ("lanes_out", Some(f64::from(row.lanes_out)), 0.0, f64::from(MAX_LANES)),
     ] {
         let Some(value) = value else { continue };
-        within(value, low, high).map_err(|expected| match name {
-            "speed_mph" if value > high => {
-                format!("{name} = {value}: {expected}; if it is in km/h, multiply the column by {KMH_TO_MPH}")
-            }
-            _ => format!("{name} = {value}: {expected}"),
-        })?;
+        within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))?;
     }
-    let without_lanes = [
+    for (name, storage_m, lanes) in [
         ("left_storage_m", row.left_storage_m, row.left_turn_lanes),
         ("right_storage_m", row.right_storage_m, row.right_turn_lanes),
-    ];
-    let without_lanes = without_lanes.into_iter().find(|(_, m, lanes)| m.is_some() && *lanes == 0);
-    if let Some((name, Some(storage_m), _)) = without_lanes {
-        return Err(format!(
-            "{name} = {storage_m}, but the arm has no such turn lane; give the lanes, or leave {name} empty"
-        ));
+    ] {
+        if let Some(storage_m) = storage_m.filter(|_| lanes == 0) {
+            return Err(format!(
+                "{name} = {storage_m}, but the arm has no such turn lane; give the lanes, or leave {name} empty"
+            ));
+        }
     }
     if lanes_in + row.lanes_out == 0 {
         return Err("lanes_in = 0 and lanes_out = 0: expected at least one lane".to_owned());
@@ -650,7 +635,7 @@ mod tests {
         let needed: Vec<&str> =
             COLUMNS.iter().filter(|c| c.0 == NEEDED).map(|column| column.1).collect();
         let text = format!("{}{columns}\n{}\n", needed.join(","), rows.join("\n"));
-        read(&text, "a.csv").map_err(|e| e.to_string())
+        read(&text, "a.csv", None).map_err(|e| e.to_string())
     }
 
     fn error(row: &str) -> String {
@@ -697,7 +682,10 @@ mod tests {
                 "a.csv, line 2: lanes_in = \"many\": expected a whole number that is not negative",
             ),
             ("7,A,-111.9,40.7,0,2,1,1,0,30,200,9000,lsr", "swap latitude and longitude"),
-            ("7,A,40,-111,0,2,1,1,0,110,200,9000,lsr", "in km/h, multiply the column by 0.621371"),
+            (
+                "7,A,40,-111,0,2,1,1,0,110,200,9000,lsr",
+                "speed_mph = 110: expected a number from 1 to 100",
+            ),
             ("7,A,40,-111,0,2,1,1,0,30,200,9000,lxr", "movements has the letter 'x': expected"),
             (
                 "7,A,40,-111,0,2,1,1,0,30,200,,lsr",
@@ -812,7 +800,7 @@ mod tests {
         let plain = format!(
             "{header}\n7,A,40.125,-111.0,0.0,2,1,1,0,30.0,200.5,9000.0,lsr\n7,B,40.125,-111.0,90.0,0,2,0,0,30.0,90.0,0.0,\n"
         );
-        let intersections = read(&plain, "a.csv").unwrap();
+        let intersections = read(&plain, "a.csv", None).unwrap();
         let rows: Vec<Approach> = intersections.iter().flat_map(|i| i.arms.clone()).collect();
         assert_eq!(to_csv(&rows), plain);
         assert_eq!(gathered(rows), intersections);
@@ -820,22 +808,22 @@ mod tests {
             .replace("movements\n", "movements,left_storage_m,right_storage_m\n")
             .replace("lsr\n", "lsr,45.7,\n")
             .replace("0.0,\n", "0.0,,,\n");
-        let rows: Vec<Approach> = read(&storage, "a.csv").unwrap().remove(0).arms;
+        let rows: Vec<Approach> = read(&storage, "a.csv", None).unwrap().remove(0).arms;
         assert_eq!((to_csv(&rows), rows[0].left_storage_m), (storage, Some(45.7)));
         let counted = format!(
             "{header},period,left_vph,through_vph,right_vph,peak_hour_factor,quarter_hours,heavy_vehicles\n\
              7,A,,,0.0,2,1,1,0,30.0,200.5,,lsr,am,1,2.33,0,,1 1 1 0.33,0.05\n7,B,,,90.0,2,2,0,0,30.0,90.0,,,am,0,5,0,0.92,,\n"
         );
-        let rows: Vec<Approach> = read(&counted, "a.csv").unwrap().remove(0).arms;
+        let rows: Vec<Approach> = read(&counted, "a.csv", None).unwrap().remove(0).arms;
         assert_eq!(to_csv(&rows), counted);
         let by_exit = counted
             .replace("heavy_vehicles\n", "heavy_vehicles,pedestrians_per_h,exits_vph\n")
             .replace("0.05\n", "0.05,62.5,0 1 2.33\n")
             .replace("0.92,,\n", "0.92,,,,\n");
-        let rows: Vec<Approach> = read(&by_exit, "a.csv").unwrap().remove(0).arms;
+        let rows: Vec<Approach> = read(&by_exit, "a.csv", None).unwrap().remove(0).arms;
         assert_eq!(to_csv(&rows), by_exit);
         let computed = plain.replace("7,A", "'=1+1,'@A").replace("7,B", "'=1+1,-B");
-        let rows: Vec<Approach> = read(&computed, "a.csv").unwrap().remove(0).arms;
+        let rows: Vec<Approach> = read(&computed, "a.csv", None).unwrap().remove(0).arms;
         let names = [&rows[0].intersection, &rows[0].arm, &rows[1].arm];
         assert_eq!(names, ["=1+1", "@A", "-B"]);
         assert_eq!(to_csv(&rows), computed.replace(",-B", ",'-B"));

@@ -172,18 +172,14 @@ pub fn load_uncounted(name: &str, overrides: &[Override]) -> Result<Uncounted, F
     let (text, file, folder) = open(name)?;
     let (scenario, _) = settings_of(&text, &file, overrides, Detail::PerApproach)?;
     let Some(path) = scenario.family.approaches.clone() else {
-        return Err(FamilyError::Setting {
-            file,
-            field: "family.points".into(),
-            value: scenario.family.points.unwrap_or_default(),
-            expected:
-                "turning counts need the arms of intersections; give a scenario with approaches"
-                    .into(),
-        });
+        let expected =
+            "turning counts need the arms of intersections; give a scenario with approaches";
+        let points = scenario.family.points.unwrap_or_default();
+        return Err(FamilyError::setting(&file, "family.points", points, expected));
     };
     let table = |path: &str| table_of(folder.as_deref(), path);
     let own = table(&path).map_err(|e| unreadable(e, &file, "family.approaches", &path))?;
-    let intersections = approaches::read_uncounted(&own, &path)?;
+    let intersections = approaches::read(&own, &path, Some(f64::NAN))?;
     let plans = plans_of(&scenario, &file, &table)?;
     Ok(Uncounted { file, scenario, text, intersections, plans })
 }
@@ -243,21 +239,16 @@ fn with_detail(
         (None, Some(path)) => ("family.points", path, false),
         (approaches, _) => {
             let value = if approaches.is_some() { "approaches and points" } else { "no table" };
-            return Err(FamilyError::Setting {
-                    file: file.to_owned(),
-                    field: "family".into(),
-                    value: value.into(),
-                    expected: "give exactly one of the two tables, such as points = \"points.csv\" or approaches = \
-                               \"approaches.csv\" in [family]"
-                        .into(),
-                });
+            let expected = "give exactly one of the two tables, such as points = \"points.csv\" or approaches = \
+                            \"approaches.csv\" in [family]";
+            return Err(FamilyError::setting(file, "family", value, expected));
         }
     };
     let text_of = |path: &str| table(path).map_err(|e| unreadable(e, file, field, path));
     let own = text_of(path)?;
     let (family, members, intersections, mut doubts);
     if of_approaches {
-        intersections = approaches::read(&own, path)?;
+        intersections = approaches::read(&own, path, None)?;
         (family, members) = derive(&scenario, &intersections, path)?;
         doubts = doubts::of_approaches(&intersections, &scenario.family);
         doubts.extend(bins_without_effect);
@@ -373,16 +364,11 @@ fn derive(
     for (id, _, members) in &groups {
         if let Some(earlier) = of_id.insert(id, members) {
             let name = |members: &[usize]| named(&intersections[members[0]]);
-            return Err(FamilyError::Setting {
-                file: file.to_owned(),
-                field: "intersection".into(),
-                value: name(members),
-                expected: format!(
-                    "the point MDP would be called {id}, as that of intersection {}; rename one \
-                     of the two",
-                    name(earlier)
-                ),
-            });
+            let earlier = name(earlier);
+            let expected = format!(
+                "the point MDP would be called {id}, as that of intersection {earlier}; rename one of the two"
+            );
+            return Err(FamilyError::setting(file, "intersection", name(members), expected));
         }
     }
     let columns = SixFeatures::COLUMNS
@@ -425,13 +411,9 @@ fn period_weights(
     let unfit =
         hours.iter().find(|(period, hours)| !(hours.is_normal() && **hours > 0.0 && rows(period)));
     if let Some((period, hours)) = unfit {
-        return Err(FamilyError::Setting {
-            file: file.to_owned(),
-            field: "family.periods".into(),
-            value: format!("{period} = {hours}"),
-            expected: "expected hours per year above 0, of a period that rows of the table have"
-                .into(),
-        });
+        let expected = "expected hours per year above 0, of a period that rows of the table have";
+        let value = format!("{period} = {hours}");
+        return Err(FamilyError::setting(file, "family.periods", value, expected));
     }
     let weight = |i: &Intersection| {
         hours.get(&i.period).copied().ok_or_else(|| {

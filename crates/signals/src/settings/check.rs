@@ -19,30 +19,19 @@ const SMALLEST_SHARES: f64 = 1e-6;
 /// Fails with [`FamilyError::Setting`] naming file and field.
 pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
     let fail = |field: &str, value: String, expected: &str| {
-        Err(FamilyError::Setting {
-            file: file.to_owned(),
-            field: field.to_owned(),
-            value,
-            expected: expected.to_owned(),
-        })
+        Err(FamilyError::setting(file, field, value, expected))
     };
     let name = &scenario.name;
-    if let Err(expected) = default_name::check(name) {
-        return fail("name", format!("{name:?}"), expected);
-    }
+    default_name::check(name).or_else(|expected| fail("name", format!("{name:?}"), expected))?;
     let (f, d) = (&scenario.family, &scenario.demand);
-    if let Err(expected) = within(f64::from(scenario.version), 1.0, 1e6) {
-        return fail("version", scenario.version.to_string(), &expected);
-    }
+    within(f64::from(scenario.version), 1.0, 1e6)
+        .or_else(|expected| fail("version", scenario.version.to_string(), &expected))?;
     all_within(file, &scenario.sections())?;
     for ((name, _), width) in SixFeatures::COLUMNS.iter().zip(f.bins.to_array()) {
-        if let Err(expected) = within(width, 1e-3, 1e6) {
-            return fail(&format!("family.bins.{name}"), shortest(width), &expected);
-        }
+        let field = format!("family.bins.{name}");
+        within(width, 1e-3, 1e6).or_else(|expected| fail(&field, shortest(width), &expected))?;
     }
-    if let Err((field, value, expected)) = scenario.signal.check() {
-        return fail(field, value, expected);
-    }
+    scenario.signal.check().or_else(|(field, value, expected)| fail(field, value, expected))?;
     if !(d.peak_hour_factor > MIN_PEAK_HOUR_FACTOR && d.peak_hour_factor <= 1.0) {
         let expected = format!("expected a number above {MIN_PEAK_HOUR_FACTOR}, at most 1");
         return fail("demand.peak_hour_factor", d.peak_hour_factor.to_string(), &expected);

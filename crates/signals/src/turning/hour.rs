@@ -119,8 +119,8 @@ pub(super) struct Hour {
     pub(super) pedestrians: BTreeMap<Option<Heading>, f64>,
     /// Whether nothing says how long a row is, so that it is taken for an hour.
     pub(super) is_assumed: bool,
-    /// Fields that are empty beside numbers of the same column, and count as nobody.
-    pub(super) empty: usize,
+    /// Lines with fields that are empty beside numbers of the same column, and count as nobody.
+    pub(super) empty: Vec<u64>,
 }
 
 impl Hour {
@@ -221,7 +221,7 @@ fn sum(hours: &[Vec<&Interval>], step: u32, begin_min: Option<u32>) -> Hour {
     let days = hours.len();
     let intervals = || hours.iter().flatten();
     let columns: BTreeSet<_> = intervals().flat_map(|i| i.vehicles.keys()).collect();
-    let empty = intervals().map(|i| columns.len() - i.vehicles.len()).sum();
+    let empty = intervals().filter(|i| i.vehicles.len() < columns.len()).map(|i| i.line).collect();
     let mut hour = Hour { begin_min, days, empty, ..Hour::default() };
     let mut heavy: BTreeMap<Heading, (f64, f64)> = BTreeMap::new();
     for (heading, count) in intervals().flat_map(|interval| &interval.pedestrians) {
@@ -318,7 +318,7 @@ mod tests {
         let mut missing = rows(&[("", 420, 9.0), ("", 435, 9.0), ("", 450, 9.0), ("", 465, 9.0)]);
         missing[2].vehicles.clear();
         let hour = busiest(&missing, None).unwrap().unwrap();
-        assert_eq!((hour.total(), hour.empty), (27.0, 1));
+        assert_eq!((hour.total(), hour.empty), (27.0, vec![4]));
         let odd = [("", 420, 9.0), ("", 437, 9.0)];
         assert!(busiest(&rows(&odd), None).unwrap_err().1.contains("17 minutes"));
     }

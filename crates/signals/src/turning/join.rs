@@ -71,6 +71,8 @@ const NO_EXIT: &str = "counted turns have no exit, and their vehicles are not si
 #[derive(Default)]
 struct Joining {
     side: DrivingSide,
+    /// File of the counts at hand.
+    file: String,
     said: Said,
     /// Whether a counted direction has an arm.
     is_given: bool,
@@ -116,6 +118,7 @@ impl TurningCounts {
                 if let Some(rows) = rows {
                     match joining.hour(rows, &intersection.id, period)? {
                         Some(hour) => {
+                            joining.file.clone_from(&rows.file);
                             joining.give(&hour, intersection, &mut arms);
                             hours.push(hour);
                         }
@@ -361,6 +364,7 @@ impl Joining {
         let days = |rows: &[&Interval]| rows.iter().map(|row| row.day).collect::<BTreeSet<_>>();
         let all_days = days(&counted.intervals.iter().collect::<Vec<_>>()).len();
         let left_out = if has_working_days { days(&weekends).len() } else { 0 };
+        let empty = few(hour.empty.iter().map(u64::to_string));
         let of_days = match left_out {
             0 => format!("{at}: {} days", hour.days),
             n => format!("{at}: {} days, without weekends ({n})", hour.days),
@@ -373,9 +377,9 @@ impl Joining {
                 at.clone(),
             ),
             (
-                hour.empty > 0,
+                !hour.empty.is_empty(),
                 "empty fields beside numbers count as nobody",
-                format!("{at}: {} fields", hour.empty),
+                format!("{at}: {}, line {empty}", counted.file),
             ),
             (
                 hour.total() < FEW_VEHICLES,
@@ -446,7 +450,13 @@ impl Joining {
             } else if back > 0.0 {
                 self.said.say(NO_EXIT, format!("{at} U-turn: {back:.0} veh/h"));
             }
-            self.look_at_exits(hour, heading, &volumes, &ways, &at);
+            for (turn, towards) in TURNS.into_iter().zip(Towards::ALL) {
+                let is_counted = hour.vehicles.contains_key(&(heading, towards));
+                if ways.contains(&turn) && !is_counted && volumes[turn as usize] == 0.0 {
+                    let about = "turns that exist were not counted, and have no vehicles";
+                    self.said.say(about, format!("{}, {at} {}", self.file, turn.name()));
+                }
+            }
             let mut exits_vph = None;
             if is_named {
                 let (by_bearings, by_exit) = by_turn(volumes, &exits);
@@ -456,7 +466,16 @@ impl Joining {
                 );
                 (volumes, exits_vph) = (by_bearings, Some(by_exit));
             }
-            self.add_letters(&mut arms[arm], &volumes, &at);
+            let letters = &mut arms[arm].movements;
+            let has_letters = !letters.is_empty();
+            for ((volume, letter), turn) in volumes.iter().zip(['l', 's', 'r']).zip(TURNS) {
+                if has_letters && *volume > 0.0 && !letters.contains(letter) {
+                    letters.push(letter);
+                    let about =
+                        "counted turns that the arm did not have are added to its movements";
+                    self.said.say(about, format!("{at} {}: {volume:.0} veh/h", turn.name()));
+                }
+            }
             let [left_vph, through_vph, right_vph] = volumes;
             let total: f64 = volumes.iter().sum();
             // Vehicles without an exit are no part of the quarters.
@@ -562,37 +581,6 @@ impl Joining {
             let word = TURNS[i].name();
             self.said.say(NO_EXIT, format!("{at} {word}: {:.0} veh/h", volumes[i]));
             volumes[i] = 0.0;
-        }
-    }
-
-    /// Says which turns were not counted.
-    fn look_at_exits(
-        &mut self,
-        hour: &Hour,
-        heading: Heading,
-        volumes: &[f64; 3],
-        ways: &[Turn],
-        at: &str,
-    ) {
-        let counted = [Towards::Left, Towards::Through, Towards::Right]
-            .map(|towards| hour.vehicles.contains_key(&(heading, towards)));
-        for (i, turn) in TURNS.into_iter().enumerate() {
-            if ways.contains(&turn) && !counted[i] && volumes[i] == 0.0 {
-                let about = "turns that exist were not counted, and have no vehicles";
-                self.said.say(about, format!("{at} {}", turn.name()));
-            }
-        }
-    }
-
-    /// Adds counted turns to those that an arm has.
-    fn add_letters(&mut self, arm: &mut Approach, volumes: &[f64; 3], at: &str) {
-        let has_letters = !arm.movements.is_empty();
-        for ((volume, letter), turn) in volumes.iter().zip(['l', 's', 'r']).zip(TURNS) {
-            if has_letters && *volume > 0.0 && !arm.movements.contains(letter) {
-                arm.movements.push(letter);
-                let about = "counted turns that the arm did not have are added to its movements";
-                self.said.say(about, format!("{at} {}: {volume:.0} veh/h", turn.name()));
-            }
         }
     }
 }

@@ -40,7 +40,7 @@ const ENOUGH: usize = 3;
 const FEW: usize = 8;
 
 /// What stands in a field for a movement that does not exist or has no detector.
-const NOTHING: [&str; 4] = ["*", "-", "--", "n/a"];
+const NOTHING: [&str; 3] = ["*", "-", "--"];
 
 /// Most vehicles or people of a row.
 const MOST_COUNTED: f64 = 1e6;
@@ -628,8 +628,10 @@ impl Reading {
             };
             if let Some(before) = self.seen.insert((place, held, class.0), row.line.number) {
                 let name = held.heading.map_or("the intersection", Heading::name);
+                let what =
+                    named.map_or("the intersection, such as INTID, or times", |_| "the times");
                 return Err(format!(
-                    "the same time as line {before} for {name}; remove one of the two, or add a column with the times"
+                    "the same time as line {before} for {name}; remove one of the two, or add a column with {what}"
                 ));
             }
             match (held.kind, held.heading, held.towards) {
@@ -690,7 +692,7 @@ impl<'a> Row<'a> {
 
     fn number(&self, column: usize, most: f64) -> Result<Option<f64>, String> {
         let text = self.line.text(column);
-        if NOTHING.contains(&text.to_lowercase().as_str()) {
+        if NOTHING.contains(&text) {
             return Ok(None);
         }
         let wrong = |e: String| format!("{text:?} in column {}: {e}", column + 1);

@@ -35,7 +35,8 @@ pub use write::to_utdf;
 const START: u64 = 1;
 
 /// Settings of the network that are read, in lower case, with the least and the largest value.
-const SETTINGS: [(&str, f64, f64); 6] = [
+const SETTINGS: [(&str, f64, f64); 7] = [
+    ("utdfversion", 7.0, 8.0),
     ("phf", MIN_PEAK_HOUR_FACTOR, 1.0),
     ("hv", 0.0, 1.0),
     ("growth", 0.0, 10.0),
@@ -68,7 +69,6 @@ impl Utdf {
         let mut network = Self::default();
         let bytes = file::read(path, file::TABLE_BYTES).map_err(FileError::at("read", path))?;
         network.add(&bytes, &path.display().to_string())?;
-        network.complete()?;
         Ok(network)
     }
 
@@ -109,16 +109,6 @@ impl Utdf {
         let file = self.file.clone();
         Ok((Uncounted { file, scenario, text, intersections, plans }, converted))
     }
-
-    /// Checks that what makes intersections is there.
-    fn complete(&self) -> Result<(), FamilyError> {
-        if self.nodes.is_empty() || self.links.0.is_empty() || self.lanes.0.is_empty() {
-            let message =
-                "no [Nodes], [Links] or [Lanes]; export the network again with all sections";
-            return Err(self.wrong(Fault::new(START, message)));
-        }
-        Ok(())
-    }
 }
 
 /// Reads the plans that signals have today: a table of phases, or UTDF, of which all but the
@@ -133,7 +123,6 @@ pub fn read_plans(path: &Path, side: DrivingSide) -> Result<(Plans, Vec<Doubt>),
     if is_utdf(&bytes) {
         let mut network = Utdf { side, ..Utdf::default() };
         network.add(&bytes, &file)?;
-        network.complete()?;
         let Converted { plans, doubts, .. } = network.intersections()?;
         let doubts: Vec<Doubt> = (doubts.into_iter())
             .filter(|doubt| [NO_PLAN, HALF_WALK].contains(&doubt.about.as_str()))
@@ -204,7 +193,6 @@ impl Utdf {
     fn take(&mut self, lines: &[Line]) -> Result<(), Fault> {
         let mut section = None;
         let mut columns: Option<Vec<String>> = None;
-        let mut found = false;
         for line in lines {
             let first = line.text(0);
             if let Some(name) = first.strip_prefix('[').and_then(|name| name.strip_suffix(']')) {
@@ -214,17 +202,12 @@ impl Utdf {
             let Some(section) = &section else { continue };
             if ["RECORDNAME", "INTID"].iter().any(|name| first.eq_ignore_ascii_case(name)) {
                 columns = Some(column_names(section, line)?);
-                found = true;
             } else if let Some(columns) = &columns {
                 // Titles stand between the name of a section and its columns.
                 self.row(section, columns, line)?;
             }
         }
-        if found {
-            return Ok(());
-        }
-        let message = "no UTDF: no section such as [Lanes] with a line RECORDNAME,INTID,...; export the network as UTDF (CSV), or give counts with --turning-counts";
-        Err(Fault::new(lines.first().map_or(START, |line| line.number), message))
+        Ok(())
     }
 
     fn records(&mut self, section: &str) -> Option<&mut Records> {
@@ -239,7 +222,7 @@ impl Utdf {
 
     fn row(&mut self, section: &str, columns: &[String], line: &Line) -> Result<(), Fault> {
         let text = |name: &str| {
-            let at = columns.iter().position(|c| c.eq_ignore_ascii_case(name));
+            let at = columns.iter().position(|column| column == name);
             at.map(|at| plain(line.text(at))).unwrap_or_default()
         };
         let cell = |text: &str| Cell { text: text.to_owned(), line: line.number };
@@ -256,11 +239,8 @@ impl Utdf {
                     "[Network] {known} = {value:?}: expected a number from {low} to {high}"
                 ))
             })?;
-            let other = *self.network.entry(known).or_insert(number);
-            if other != number {
-                let message =
-                    format!("[Network] {known} = {value:?}, but {other} above; remove one");
-                return Err(wrong(message));
+            if *self.network.entry(known).or_insert(number) != number {
+                return Err(wrong(format!("[Network] {known} stands twice; remove one")));
             }
             return Ok(());
         }
@@ -279,7 +259,7 @@ impl Utdf {
         }
         let Some(records) = self.records(section) else { return Ok(()) };
         let name = text("RECORDNAME").to_lowercase();
-        let cells = columns.iter().map(|column| column.to_uppercase()).zip(line.fields());
+        let cells = columns.iter().cloned().zip(line.fields());
         let is_cell = |(column, cell): &(String, Cell)| {
             !["RECORDNAME", "INTID", ""].contains(&column.as_str()) && !cell.text.is_empty()
         };
@@ -295,17 +275,21 @@ impl Utdf {
 /// Returns the names of the columns of a section. The values of `[Network]` and `[Timeplans]` are in `DATA`, which some
 /// programs call `Value`.
 fn column_names(section: &str, line: &Line) -> Result<Vec<String>, Fault> {
-    let mut columns: Vec<String> = line.fields().map(str::to_owned).collect();
-    if !["network", "timeplans"].contains(&section) {
-        return Ok(columns);
-    }
-    let find = |name: &str| columns.iter().position(|column| column.eq_ignore_ascii_case(name));
-    let Some(at) = find("DATA").or_else(|| find("VALUE")) else {
-        let message = "no column DATA with the values of the records; call it so";
-        return Err(Fault::new(line.number, message));
+    let called =
+        |name: &str| if name.eq_ignore_ascii_case("VALUE") { "DATA" } else { name }.to_uppercase();
+    let columns: Vec<String> = line.fields().map(called).collect();
+    let needed: &[&str] = match section {
+        "network" => &["DATA"],
+        "timeplans" => &["INTID", "DATA"],
+        "nodes" | "links" | "lanes" | "phases" => &["INTID"],
+        _ => &[],
     };
-    "DATA".clone_into(&mut columns[at]);
-    Ok(columns)
+    match needed.iter().find(|name| !columns.iter().any(|column| column == *name)) {
+        None => Ok(columns),
+        Some(name) => {
+            Err(Fault::new(line.number, format!("[{section}] has no column {name}; call it so")))
+        }
+    }
 }
 
 /// Returns a value without the star of what somebody entered.

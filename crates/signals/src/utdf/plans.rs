@@ -12,7 +12,7 @@ use sheet::Fault;
 use super::streets::{HALF_WALK, Names, Stop};
 use super::{Cell, Utdf};
 use crate::existing::table::{EXTENSION_S, SHORT_GREEN_S};
-use crate::existing::{Control, ExistingPlan, PlanPhase, Recall};
+use crate::existing::{Control, ExistingPlan, LIMITS, Limits, PlanPhase, Recall};
 use crate::family::doubts::Said;
 use crate::vocabulary::Heading;
 
@@ -99,7 +99,16 @@ impl Utdf {
         brp: &Cell,
         said: &mut Said,
     ) -> Result<Option<PlanPhase>, Stop> {
-        let value = |name: &str| self.phases.number(name, id, column);
+        let value = |name: &str| {
+            let Some(cell) = self.phases.cell(name, id, column) else { return Ok(None) };
+            let number = cell.number(name)?;
+            let outside = |limits: &&Limits| limits.1 == name && !limits.2.contains(&number);
+            LIMITS.iter().find(outside).map_or(Ok(Some(number)), |(.., limits, _)| {
+                let (low, high) = (limits.start(), limits.end());
+                let why = format!("{name} of {column} = {}: expected {low} to {high}", cell.text);
+                Err(Stop::LeftOut(Some(cell.line), why))
+            })
+        };
         let Some(max_green_s) = value("maxgreen")? else { return Ok(None) };
         let digits: Option<Vec<u32>> = brp.text.chars().map(|c| c.to_digit(10)).collect();
         let number = column.strip_prefix('D').and_then(|text| text.parse().ok());
@@ -117,22 +126,16 @@ impl Utdf {
         }
         let walk_s = walk_s.zip(clearance_s).map(<[f64; 2]>::from);
         let code = value("recall")?.unwrap_or_default();
-        let recall = match Recall::ALL.get(code as usize).filter(|_| code >= 0.0) {
+        let recall = match Recall::ALL[code as usize] {
             // Pedestrian recall without pedestrians is a vehicle recall.
-            Some(Recall::Ped) if walk_s.is_none() => Recall::Min,
-            Some(recall) => *recall,
-            None => {
-                return Err(format!(
-                    "recall {code} of phase {number} is not known; expected 0 to 3"
-                )
-                .into());
-            }
+            Recall::Ped if walk_s.is_none() => Recall::Min,
+            recall => recall,
         };
         let or_network = |name: &str, of_network: &str, otherwise: f64| {
             let otherwise = || self.network.get(of_network).copied().unwrap_or(otherwise);
-            Ok::<_, Fault>(value(name)?.unwrap_or_else(otherwise))
+            Ok::<_, Stop>(value(name)?.unwrap_or_else(otherwise))
         };
-        let flag = |name: &str| Ok::<_, Fault>(value(name)?.is_some_and(|flag| flag != 0.0));
+        let flag = |name: &str| Ok::<_, Stop>(value(name)?.is_some_and(|flag| flag != 0.0));
         Ok(Some(PlanPhase {
             number,
             ring,

@@ -71,8 +71,8 @@ pub struct Converted {
 
 /// Why a signal or its plan is no part of what is made.
 pub(super) enum Stop {
-    /// It cannot be simulated, and the others can.
-    LeftOut(String),
+    /// It cannot be simulated, and the others can: the line, if one is the reason, and why.
+    LeftOut(Option<u64>, String),
     /// The file is wrong.
     Wrong(Fault),
 }
@@ -85,7 +85,7 @@ impl From<Fault> for Stop {
 
 impl From<String> for Stop {
     fn from(why: String) -> Self {
-        Self::LeftOut(why)
+        Self::LeftOut(None, why)
     }
 }
 
@@ -96,6 +96,12 @@ impl Utdf {
     }
 
     fn converted(&self) -> Result<Converted, Fault> {
+        let is_empty = [self.nodes.is_empty(), self.links.0.is_empty(), self.lanes.0.is_empty()];
+        let sections = ["[Nodes]", "[Links]", "[Lanes]"].into_iter().zip(is_empty);
+        if let Some((section, _)) = sections.into_iter().find(|(_, is_empty)| *is_empty) {
+            let message = "export the network as UTDF (CSV) with all sections; give counts with --turning-counts, and plans alone as a table";
+            return Err(Fault::new(START, format!("no rows below {section} of UTDF; {message}")));
+        }
         let (mut said, mut why_not) = (Said::default(), Vec::new());
         let signals: Vec<&Node> = self.nodes.iter().filter(|n| self.is_signal(n)).collect();
         let mut plans = Plans { file: self.file.clone(), is_utdf: true, ..Plans::default() };
@@ -104,18 +110,24 @@ impl Utdf {
             let (intersection, names) = match self.signal(node, &mut said) {
                 Ok(made) => made,
                 Err(Stop::Wrong(fault)) => return Err(fault),
-                Err(Stop::LeftOut(why)) => {
+                Err(Stop::LeftOut(_, why)) => {
                     why_not.push(why);
                     continue;
                 }
             };
             intersections.push(intersection);
-            let (intersection, period, line) = (node.id.clone(), String::new(), node.line);
+            let (intersection, period) = (node.id.clone(), String::new());
+            let phases = self.phases.row("brp", &node.id).values().next();
+            let line = phases.map_or(node.line, |cell| cell.line);
             match self.plan(&node.id, &names, &mut said) {
                 Ok(None) => {}
                 Ok(Some(plan)) => plans.all.push(NamedPlan { intersection, period, plan, line }),
                 Err(Stop::Wrong(fault)) => return Err(fault),
-                Err(Stop::LeftOut(why)) => said.say(NO_PLAN, format!("node {}: {why}", node.id)),
+                Err(Stop::LeftOut(at, why)) => {
+                    let at =
+                        format!("{}, line {}, node {}", self.file, at.unwrap_or(line), node.id);
+                    said.say(NO_PLAN, format!("{at}: {why}"));
+                }
             }
         }
         let nodes = self.nodes.len();
@@ -132,14 +144,18 @@ impl Utdf {
             plans.all.len(),
         )];
         let left_out = Doubt::of("signals that cannot be simulated are left out", why_not);
-        let no_units = (!self.network.contains_key("metric")).then(|| {
-            let about = "no Metric in [Network]: lengths are read as feet and speeds as mph; Metric,1 says metres and km/h";
-            Doubt { about: about.to_owned(), rows: vec![self.file.clone()] }
-        });
+        let no_units = "no Metric in [Network]: lengths are read as feet and speeds as mph; Metric,1 says metres and km/h";
+        let absent = [
+            (!self.network.contains_key("metric"), no_units),
+            (self.phases.0.is_empty(), "no [Phases]: the signals have no existing plan"),
+        ];
+        let absent =
+            absent.map(|(is, about)| Doubt::of(about, vec![self.file.clone()]).filter(|_| is));
         let arms = intersections.iter_mut().flat_map(|i: &mut Intersection| &mut i.arms);
         let nobody = (!self.zero_pedestrians).then(|| without_zero_pedestrians(arms)).flatten();
-        let doubts = left_out.into_iter().chain(said.doubts()).chain(no_units).chain(nobody);
-        let doubts = doubts.collect();
+        let absent = absent.into_iter().flatten();
+        let doubts =
+            left_out.into_iter().chain(said.doubts()).chain(absent).chain(nobody).collect();
         Ok(Converted { intersections, found, doubts, plans })
     }
 
