@@ -29,7 +29,7 @@ use signals::existing::{Control, ExistingPlan, PlanPhase};
 use signals::movement_results::{MovementResult, supplied};
 use signals::places::{DrawnArm, DrawnIntersection};
 use signals::settings::SignalSettings;
-use signals::timing::{Change, Timing, WALK_S, WALKING_MPS, nearest_s};
+use signals::timing::{Timing, WALK_S, WALKING_MPS};
 use signals::vocabulary::Heading;
 
 /// Name of the table in the report's folder.
@@ -140,22 +140,14 @@ impl<'a> Placed<'a> {
         (value > 1.0).then_some(Finding { what, value, required: 1.0, unit: "lanes", source })
     }
 
-    /// Whether yellow and all-red, or walk and clearance, of a phase are shorter than those that other methods have to keep: in
-    /// tenths of seconds, and in the whole seconds that are simulated.
-    fn is_shorter(&self) -> [bool; 2] {
+    /// Whether yellow and all-red, or walk and clearance, of a phase are shorter than those that other methods have to keep.
+    fn is_shorter(&self) -> bool {
         let walk_s = |phase: &PlanPhase| phase.walk_s.unwrap_or_default().iter().sum::<f64>();
-        let total_s = |phase: &PlanPhase| phase.change_s().iter().sum::<f64>();
         let legal = self.plan.legal(&self.timing, &self.states).phases;
-        let mut shorter = [false; 2];
-        for (own, legal) in self.plan.phases.iter().zip(&legal) {
-            let walk = walk_s(own) + 1.0 <= walk_s(legal);
-            let times = own.change_s().into_iter().zip(legal.change_s());
-            shorter[0] |= walk || times.into_iter().any(|(own, legal)| own + SLACK_S < legal);
-            let is_short = total_s(own) + SLACK_S < total_s(legal);
-            let holding_s = Change::holding(legal.change_s()).total_s();
-            shorter[1] |= walk || is_short && nearest_s(total_s(own)) < holding_s;
-        }
-        shorter
+        self.plan.phases.iter().zip(&legal).any(|(own, legal)| {
+            let mut times = own.change_s().into_iter().zip(legal.change_s());
+            times.any(|(own, legal)| own + SLACK_S < legal) || walk_s(own) + 1.0 <= walk_s(legal)
+        })
     }
 }
 
@@ -251,11 +243,10 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
     (plans > 0).then(|| context! { plans, wrong, count, rows => ROWS, table })
 }
 
-/// Returns at how many signals, of how many, what is done today has shorter clearances than other methods have to keep: in
-/// tenths, and as simulated.
-pub(crate) fn shorter(seen: Seen<'_>) -> ([usize; 2], usize) {
+/// Returns at how many signals, of how many, what is done today has shorter clearances than other methods have to keep.
+pub(crate) fn shorter(seen: Seen<'_>) -> (usize, usize) {
     let short = each(seen, |_, placed| placed.is_shorter());
-    ([0, 1].map(|k| short.iter().filter(|is| is[k]).count()), short.len())
+    (short.iter().filter(|is| **is).count(), short.len())
 }
 
 #[cfg(test)]
@@ -339,7 +330,7 @@ mod tests {
         let split = |ring: &Vec<usize>| ring.iter().map(|p| legal.phases[*p].split_s()).sum();
         let splits = legal.sides().iter().flatten().map(split).map(|s: f64| s.round()).collect();
         let placed = Placed::new(&legal, &drawn, &limits);
-        assert_eq!(placed.is_shorter(), [false; 2]);
+        assert!(!placed.is_shorter());
         let in_legal = placed.findings().into_iter().map(said).collect();
         (found.collect(), (in_legal, legal.cycle_s, splits))
     }

@@ -26,7 +26,7 @@ use evaluation::analysis::Analysis;
 use evaluation::report::page::render;
 use evaluation::report::{ReportError, format};
 use evaluation::stats::score::mean;
-use signals::existing::ExistingPlan;
+use signals::existing::{ExistingPlan, PlanPhase};
 use signals::movement_results::MovementResult;
 use signals::places::DrawnIntersection;
 
@@ -195,9 +195,9 @@ fn phases_of_arms(
         let mut said: Vec<String> = Vec::new();
         for m in own {
             let name = names.get(&m.movement).unwrap_or(&m.movement);
-            let has = |p: &&signals::existing::PlanPhase| p.all_movements().any(|n| n == name);
+            let has = |p: &&PlanPhase| p.all_movements().any(|n| n == name);
             let numbers: Vec<String> =
-                told.plan.phases.iter().filter(has).map(|p| p.label()).collect();
+                in_order(&told.plan).into_iter().filter(has).map(|p| p.label()).collect();
             let text = format!("{name} {}", numbers.join("+"));
             if !numbers.is_empty() && !said.contains(&text) {
                 said.push(text);

@@ -281,8 +281,7 @@ pub(super) fn values(seen: Seen<'_>) -> Option<Value> {
         retimes => methods.iter().any(|m| m == retime::METHOD.name),
         legal => data.manifest.identity.settings.pointer("/retime/legal_clearances").is_some(),
         deciding => deciding.map(|m| methods[m].clone()).collect::<Vec<_>>().join(", "),
-        shorter => shorter(seen).0[0],
-        simulated_shorter => shorter(seen).0[1],
+        shorter => shorter(seen).0,
         plans => shorter(seen).1,
     })
 }

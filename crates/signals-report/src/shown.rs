@@ -14,7 +14,7 @@ use evaluation::store::results::Results;
 use signals::control::fixed_time::SETTING;
 use signals::movement_results::MovementResult;
 use signals::places::{DrawnIntersection, MappedIntersection, Places};
-use signals::program::{PHASES, ProgramKind, SignalProgram};
+use signals::program::{ProgramKind, SignalProgram};
 use signals::street_results::ByStreet;
 use signals::trial::STANDING;
 
@@ -87,8 +87,6 @@ pub(crate) struct TaskPlan {
     pub programs: Vec<SignalProgram>,
     /// Settings that tuning has chosen, in words, each after a semicolon.
     pub chosen: String,
-    /// Phases of the signals that a method drives by phases, in words, by signal.
-    pub phases: Vec<(String, String)>,
     /// Signals of a task in which some ran in two rings: with their phases, or with the fixed cycle of the others.
     pub rings: Vec<SignalProgram>,
 }
@@ -117,9 +115,6 @@ fn plans(results: &Results) -> Vec<TaskPlan> {
         let chosen = |(name, value): (&String, &String)| {
             Some(format!("; tuned: {} = {value}", name.strip_prefix(SETTING)?))
         };
-        let phases = |(name, text): (&String, &String)| {
-            Some((name.strip_prefix(PHASES)?.to_owned(), text.clone()))
-        };
         TaskPlan {
             method,
             point,
@@ -127,7 +122,6 @@ fn plans(results: &Results) -> Vec<TaskPlan> {
             objective: record.metrics.get(&identity.objective).copied(),
             programs,
             chosen: record.details.iter().filter_map(chosen).collect(),
-            phases: record.details.iter().filter_map(phases).collect(),
             rings,
         }
     };

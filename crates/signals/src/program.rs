@@ -2,9 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Start of the names of a record's details that are the phases of a signal in words; the signal follows.
-pub const PHASES: &str = "phases ";
-
 /// How a program goes on from phase to phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -9,7 +9,6 @@ use super::env::SignalEnv;
 use super::env::by_movement::MovementTotals;
 use super::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
 use super::movement_results;
-use super::program::PHASES;
 use super::settings::Scenario;
 use super::sim::{Sim, SimError};
 use super::street_results::ByStreet;
@@ -177,7 +176,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
         details.extend(self.chosen.clone());
         details.extend(self.together.details());
         let rings = self.envs[0].dual_rings();
-        details.extend(rings.map(|(signal, phases)| (format!("{PHASES}{signal}"), phases)));
+        details.extend(rings.map(|(signal, phases)| (format!("phases {signal}"), phases)));
         details.extend(self.standing.iter().map(|text| (STANDING.to_owned(), text.clone())));
         details
     }

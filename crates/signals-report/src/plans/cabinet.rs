@@ -17,6 +17,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use minijinja::{Value, context};
+use osm_signals::Turn;
+use osm_signals::angle::turn_degrees;
 
 use super::told::{Told, best_of_all_signals, of_task};
 use crate::shown::Seen;
@@ -28,8 +30,11 @@ use signals::control::{existing, retime};
 use signals::existing::table::{WRITTEN, cells, name, to_csv};
 use signals::existing::{Control, ExistingPlan, NamedPlan, PlanPhase, Recall, schedule};
 use signals::family::load::number_of_intersection;
+use signals::places::{DrawnArm, DrawnIntersection};
+use signals::settings::SignalSettings;
 use signals::timing::{Change, nearest_s};
 use signals::utdf::to_utdf;
+use signals::vocabulary::{Heading, on_side};
 
 /// Name of the table in the report's folder.
 pub(crate) const TABLE: &str = "cabinet.csv";
@@ -45,6 +50,13 @@ const FEW_NAMES: usize = 6;
 
 /// By how much adding tenths of seconds may miss a sum, seconds.
 const ROUNDING_S: f64 = 0.01;
+
+/// What legs are called, clockwise from north.
+const LEGS: [&str; 8] =
+    ["north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west"];
+
+/// Angles from the leg that a left turn comes from to the one that it goes to, degrees.
+const LEFT_DEG: std::ops::RangeInclusive<f64> = 30.0..=150.0;
 
 /// Columns before those of a plan; the point MDP is called as `--existing` calls it.
 const WHOSE: [&str; 5] = ["intersection", "method", "replicate", "signal", "kind"];
@@ -192,6 +204,51 @@ fn simulated(plan: &ExistingPlan) -> String {
     in_order(plan).into_iter().filter_map(of).collect::<Vec<_>>().join(", ")
 }
 
+/// Says over which legs the WALK of each phase is, by the rules of the simulation, and which turns with the right of way yield
+/// there: the left turn of a T's stem, and a right turn out of the leg.
+fn walks(told: &Told, drawn: &DrawnIntersection, limits: &SignalSettings) -> String {
+    let (side, timing) = (drawn.side(), drawn.timing(limits));
+    let arms: Vec<&DrawnArm> = drawn.incoming().collect();
+    let mut plan = ExistingPlan { ways: told.ways.clone(), ..told.plan.clone() };
+    let states = drawn.states(&plan);
+    let walking: Vec<Option<String>> =
+        plan.phases.iter().zip(&states).map(|(p, s)| p.walk_s.map(|_| s.clone())).collect();
+    plan.phases.iter_mut().for_each(|phase| phase.yielding.clear());
+    let protected = drawn.states(&plan);
+    let serves = |p: usize, c: usize| {
+        let letters = states[p].chars().zip(protected[p].chars());
+        let state: String = letters.map(|(all, own)| if all == own { all } else { 'g' }).collect();
+        timing.serves_crossing(&state, c)
+    };
+    let yields = |name: &&String, c: usize| {
+        let turn = Heading::of_movement(name, side).map(|(_, turn)| on_side(turn, side));
+        let ways = told.ways.get(*name).map_or(&[][..], Vec::as_slice);
+        let from = arms.iter().find(|arm| ways.iter().any(|(from, _)| *from == arm.edge));
+        let degrees = |arm: &DrawnArm| side.bearing_deg(arm.bearing_deg);
+        from.is_some_and(|from| match turn {
+            Some(Turn::Left) => LEFT_DEG.contains(&turn_degrees(degrees(from), degrees(arms[c]))),
+            turn => turn == Some(Turn::Right) && from.edge == arms[c].edge,
+        })
+    };
+    let of_phase = |phase: &PlanPhase| {
+        let p = plan.phases.iter().position(|other| other.number == phase.number)?;
+        let walks = |c: &usize| timing.walker(&walking, *c) == Some(p);
+        let is_own = |c: &usize| if told.is_stages { serves(p, *c) } else { walks(c) };
+        let leg = |c: usize| {
+            let own = phase.movements.iter().filter(|name| yields(name, c));
+            let own: Vec<&str> = own.map(String::as_str).collect();
+            let note = format!(" ({} without an arrow: yields to people)", own.join(", "));
+            let leg = LEGS[(arms[c].bearing_deg / 45.0).round() as usize % LEGS.len()];
+            format!("{leg}{}", if own.is_empty() { "" } else { &note })
+        };
+        phase.walk_s?;
+        let legs: Vec<String> = (0..timing.crossings()).filter(is_own).map(leg).collect();
+        let none = legs.is_empty().then_some("no leg of its own");
+        Some(format!("phase {}: {}", phase.label(), none.unwrap_or(&legs.join(", "))))
+    };
+    in_order(&plan).into_iter().filter_map(of_phase).collect::<Vec<_>>().join("; ")
+}
+
 /// Writes tables, UTDF and pages into the folder of plans, and returns notes for people.
 pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Vec<String>, ReportError> {
     let (alone, several): (Vec<Told>, Vec<Told>) =
@@ -295,12 +352,17 @@ fn write_utdf(
 
 /// Returns what every page shows of a plan.
 pub(crate) fn plan(seen: Seen<'_>, told: &Told) -> Value {
+    let identity = &seen.data.manifest.identity;
+    let drawn = seen.shown.drawing(&identity.points[told.point].point);
+    let limits = identity.settings.get("signal").cloned().unwrap_or_default();
+    let limits = serde_json::from_value(limits).ok();
     context! {
-        method => seen.data.manifest.identity.methods[told.method].as_str(),
+        method => identity.methods[told.method].as_str(),
         of => of_plan(&told.plan),
         phases => phases(&told.plan),
         rings => rings(&told.plan),
         simulated => simulated(&told.plan),
+        walks => drawn.zip(limits.as_ref()).map(|(drawn, limits)| walks(told, drawn, limits)),
         is_stages => told.is_stages,
         hides_walk => hides_walk(&told.plan),
     }
@@ -380,6 +442,64 @@ fn rings(plan: &ExistingPlan) -> Vec<Vec<Value>> {
 mod tests {
     use super::super::told::tests::phase;
     use super::*;
+
+    #[test]
+    fn each_walk_has_its_legs_and_the_turns_that_yield_there() {
+        let phase = |(number, movements, yielding): (u32, &str, &str)| {
+            let [movements, yielding] = [movements, yielding]
+                .map(|names| names.split_whitespace().map(str::to_owned).collect());
+            let walk_s = (number % 2 == 0).then_some([7.0, 12.0]);
+            PlanPhase { number, position: number, movements, yielding, walk_s, ..phase() }
+        };
+        let arm = |(bearing_deg, lanes): (f64, &[&str])| DrawnArm {
+            name: String::new(),
+            edge: format!("{bearing_deg}"),
+            bearing_deg,
+            lanes: lanes.iter().map(|turns| (*turns).to_owned()).collect(),
+            lanes_out: 1,
+            speed_mph: 30.0,
+            left_storage_m: None,
+            right_storage_m: None,
+        };
+        let arms: [(f64, &[&str]); 3] =
+            [(90.0, &["s", "l"]), (180.0, &["r", "l"]), (270.0, &["sr"])];
+        let drawn = DrawnIntersection {
+            point: String::new(),
+            intersection: String::new(),
+            period: String::new(),
+            is_left_hand: false,
+            arms: arms.map(arm).to_vec(),
+        };
+        let from = [
+            ("WBL", "90"),
+            ("WBT", "90"),
+            ("NBL", "180"),
+            ("NBR", "180"),
+            ("EBT", "270"),
+            ("EBR", "270"),
+        ];
+        let way =
+            |(name, from): (&str, &str)| (name.to_owned(), vec![(from.to_owned(), String::new())]);
+        let limits = SignalSettings { pedestrians: true, ..SignalSettings::default() };
+        let told = |phases: [(u32, &str, &str); 3], is_stages: bool| Told {
+            method: 0,
+            point: 0,
+            replicate: 0,
+            objective: None,
+            signal: String::new(),
+            plan: ExistingPlan::new(Control::Pretimed, phases.map(phase).to_vec()),
+            ways: from.map(way).into(),
+            is_stages,
+            is_alone: true,
+        };
+        let rings = told([(1, "WBL", ""), (2, "EBT EBR", ""), (8, "NBL NBR", "")], false);
+        let stem = "phase 8: east, west (NBL without an arrow: yields to people)";
+        assert_eq!(walks(&rings, &drawn, &limits), format!("phase 2: south; {stem}"));
+        let stages =
+            told([(1, "WBL WBT", ""), (2, "EBT EBR WBT", "WBL"), (8, "NBL NBR EBR", "")], true);
+        let stem = stem.replace("NBL without", "NBL, EBR without");
+        assert_eq!(walks(&stages, &drawn, &limits), format!("phase 2: south; {stem}"));
+    }
 
     #[test]
     fn a_shortest_green_with_walk_and_clearance_needs_the_recall_of_pedestrians() {

@@ -196,17 +196,9 @@ fn rows(plan: &TaskPlan, file: String) -> Vec<Row<'_>> {
         }
         return rows;
     }
-    if plan.phases.is_empty() {
-        return vec![row("", None, None, "its record has no program")];
-    }
-    let decides = |(signal, phases): &'_ (String, String)| {
-        let mut rings = plan.rings.iter().filter(|p| p.signal == *signal).flat_map(|p| &p.rings);
-        // Where movements have names, their phases have other numbers in the cabinet than in the record.
-        let is_named =
-            rings.any(|phase| !(phase.movements.is_empty() && phase.yielding.is_empty()));
-        let phases = if is_named { "phases in cabinet.csv" } else { phases };
-        format!("decides every second; {phases}")
-    };
-    let phases = plan.phases.iter();
-    phases.map(|of| row(&of.0, None, None, &decides(of))).collect()
+    let rings = plan.rings.iter().filter(|program| program.kind == ProgramKind::DualRing);
+    let rings = rings.map(|program| program.signal.as_str());
+    let of = |signal| row(signal, None, None, "decides every second; phases in cabinet.csv");
+    let rows: Vec<Row<'_>> = rings.map(of).collect();
+    if rows.is_empty() { vec![row("", None, None, "its record has no program")] } else { rows }
 }

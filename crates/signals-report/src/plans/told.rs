@@ -31,6 +31,8 @@ pub(crate) struct Told {
     pub(crate) signal: String,
     /// The plan.
     pub(crate) plan: ExistingPlan,
+    /// Per movement the edges from which and to which it leads.
+    pub(crate) ways: BTreeMap<String, Vec<(String, String)>>,
     /// Whether its phases are stages of a program.
     pub(crate) is_stages: bool,
     /// Whether its signal is the only one of the task.
@@ -54,14 +56,20 @@ impl Told {
 pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
     let Seen { data, shown } = seen;
     let told = |signal: &str, mut plan: ExistingPlan, is_stages: bool| {
-        if plan.ways.is_empty() {
+        let is_given = !plan.ways.is_empty();
+        if !is_given {
             rename(&mut plan, &renamed(seen, task.point));
             number(&mut plan, &Numbers::new(seen, task.point, signal));
-            plan.merging = merging(&plan, seen, task.point, signal);
         }
+        let ways = if is_given { plan.ways.clone() } else { ways(seen, task.point, signal) };
         let TaskPlan { method, point, replicate, objective, .. } = *task;
-        let signal = signal.to_owned();
-        Told { method, point, replicate, objective, signal, plan, is_stages, is_alone: true }
+        let (signal, is_alone) = (signal.to_owned(), true);
+        let mut told =
+            Told { method, point, replicate, objective, signal, plan, ways, is_stages, is_alone };
+        if !is_given {
+            told.plan.merging = merging(&told, side(seen));
+        }
+        told
     };
     let identity = &data.manifest.identity;
     let point = &identity.points[task.point];
@@ -180,32 +188,24 @@ impl Numbers {
 
     /// Returns those of an existing plan, where they are unambiguous.
     fn of(plan: &ExistingPlan, side: DrivingSide) -> Self {
-        let mut of_movement: BTreeMap<String, BTreeSet<u32>> = BTreeMap::new();
-        let mut ahead: BTreeMap<(Heading, bool), BTreeSet<u32>> = BTreeMap::new();
-        for phase in plan.phases.iter().filter(|phase| phase.also.is_none()) {
-            for name in &phase.movements {
-                of_movement.entry(name.clone()).or_default().insert(phase.number);
-            }
-            for (heading, turn) in phase.all_movements().filter_map(|n| ahead_of(n, side)) {
-                ahead.entry((heading, turn == Turn::Through)).or_default().insert(phase.number);
-            }
-        }
-        let only = |numbers: &BTreeSet<u32>| {
-            let usual = || numbers.iter().filter(|n| **n <= 8 && n.is_multiple_of(2));
-            match numbers.len() {
-                1 => numbers.first().copied(),
-                _ => usual().next().filter(|_| usual().count() == 1).copied(),
-            }
+        let only = |has: &dyn Fn(&PlanPhase) -> bool| {
+            let mut phases = plan.phases.iter().filter(|p| p.also.is_none() && has(p));
+            phases.next().map(|phase| phase.number).filter(|_| phases.next().is_none())
         };
-        let has_through = |heading: Heading| ahead.contains_key(&(heading, true));
-        let through = ahead.iter().filter(|((heading, is), _)| *is || !has_through(*heading));
-        let through = through.filter_map(|((heading, _), all)| Some((*heading, only(all)?)));
-        let single = |(name, all): (String, BTreeSet<u32>)| {
-            all.first().copied().filter(|_| all.len() == 1).map(|number| (name, number))
+        let names: BTreeSet<&String> = plan.phases.iter().flat_map(|p| p.all_movements()).collect();
+        let ways = || names.iter().filter_map(|name| Some((*name, ahead_of(name, side)?)));
+        let through = |(name, (heading, turn)): (&String, (Heading, Turn))| {
+            let is_through = |way: Heading| ways().any(|w| w.1 == (way, Turn::Through));
+            let is_first = turn == Turn::Through || !is_through(heading);
+            let number = only(&|phase| phase.all_movements().any(|other| other == name));
+            Some((heading, number.filter(|_| is_first)?))
+        };
+        let own = |name: &&String| {
+            Some(((*name).clone(), only(&|phase| phase.movements.contains(name))?))
         };
         Self {
-            through: through.collect(),
-            of_movement: of_movement.into_iter().filter_map(single).collect(),
+            through: ways().filter_map(through).collect(),
+            of_movement: names.iter().filter_map(own).collect(),
             taken: plan.phases.iter().flat_map(|p| [Some(p.number), p.also]).flatten().collect(),
             side,
         }
@@ -265,24 +265,20 @@ fn plan_of_today(seen: Seen<'_>, point: usize) -> Option<ExistingPlan> {
 fn approaches(seen: Seen<'_>, point: usize, signal: &str) -> BTreeMap<Heading, u32> {
     let renamed = renamed(seen, point);
     let results = seen.shown.movements.iter().find(|task| task.point == point);
-    // Approaches, each with its lane groups.
-    let mut groups: Vec<(Heading, BTreeMap<&str, u32>)> = Vec::new();
+    // Lanes of the lane groups of each approach.
+    let mut approaches: BTreeMap<Heading, BTreeMap<&str, u32>> = BTreeMap::new();
     for result in results.iter().flat_map(|task| &task.results).filter(|r| r.signal == signal) {
         let name = renamed.get(&result.movement).unwrap_or(&result.movement);
         let Some(heading) = Heading::begins(name) else { continue };
-        let known = groups.iter().position(|(of, _)| *of == heading).unwrap_or(groups.len());
-        if known == groups.len() {
-            groups.push((heading, BTreeMap::new()));
-        }
-        groups[known].1.extend(result.supply.iter().map(|s| (s.group.as_str(), s.group_lanes)));
+        let lanes = result.supply.iter().map(|s| (s.group.as_str(), s.group_lanes));
+        approaches.entry(heading).or_default().extend(lanes);
     }
-    groups.sort_by_key(|(heading, _)| *heading);
     let mut streets: Vec<(u32, Vec<Heading>)> = Vec::new();
-    for (heading, groups) in &groups {
+    for (heading, groups) in approaches {
         let lanes: u32 = groups.values().sum();
         match streets.iter_mut().find(|street| street.1[0] == heading.clockwise(4)) {
-            Some(street) => (street.0, street.1) = (street.0 + lanes, vec![street.1[0], *heading]),
-            None => streets.push((lanes, vec![*heading])),
+            Some(street) => (street.0, street.1) = (street.0 + lanes, vec![street.1[0], heading]),
+            None => streets.push((lanes, vec![heading])),
         }
     }
     streets.sort_by_key(|street| std::cmp::Reverse(street.0));
@@ -300,24 +296,28 @@ fn side(seen: Seen<'_>) -> DrivingSide {
     if is_left { DrivingSide::Left } else { DrivingSide::Right }
 }
 
-/// Returns pairs of movements, right turns apart, that have the right of way into one leg together.
-fn merging(plan: &ExistingPlan, seen: Seen<'_>, point: usize, signal: &str) -> Vec<[String; 2]> {
-    let (renamed, side) = (renamed(seen, point), side(seen));
+/// Returns the ways of the movements of a signal: the edges from which and to which they lead.
+fn ways(seen: Seen<'_>, point: usize, signal: &str) -> BTreeMap<String, Vec<(String, String)>> {
+    let renamed = renamed(seen, point);
     let results = seen.shown.movements.iter().find(|task| task.point == point);
-    let own = || results.iter().flat_map(|t| &t.results).filter(|r| r.signal == signal);
-    let ways = |name: &String| -> Vec<&MovementResult> {
-        own().filter(|r| renamed.get(&r.movement).unwrap_or(&r.movement) == name).collect()
-    };
-    let is_ahead = |name: &&String| {
-        let way = Heading::of_movement(name, side);
-        way.is_some_and(|(_, turn)| on_side(turn, side) != Turn::Right)
-    };
+    let mut ways: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
+    for m in results.iter().flat_map(|t| &t.results).filter(|r| r.signal == signal) {
+        let name = renamed.get(&m.movement).unwrap_or(&m.movement);
+        ways.entry(name.clone()).or_default().push((m.from.clone(), m.to.clone()));
+    }
+    ways
+}
+
+/// Returns pairs of movements, right turns apart, that have the right of way into one leg together.
+fn merging(told: &Told, side: DrivingSide) -> Vec<[String; 2]> {
+    let ways = |name: &String| told.ways.get(name).into_iter().flatten();
     let merge = |a: &String, b: &String| {
-        a < b && ways(a).iter().any(|m| ways(b).iter().any(|o| m.to == o.to && m.from != o.from))
+        a < b && ways(a).any(|(from, to)| ways(b).any(|other| *to == other.1 && *from != other.0))
     };
     let mut found = BTreeSet::new();
-    for pair in plan.pairs() {
-        let names = || pair.iter().flat_map(|p| &plan.phases[*p].movements).filter(is_ahead);
+    for pair in told.plan.pairs() {
+        let names = || pair.iter().flat_map(|p| &told.plan.phases[*p].movements);
+        let names = || names().filter(|name| ahead_of(name, side).is_some());
         for a in names() {
             let merging = names().filter(|b| merge(a, b));
             found.extend(merging.map(|b| [a.clone(), b.clone()]));
