@@ -40,7 +40,6 @@ runs=(
     "salt-lake-city/learners-validated-field-20 salt-lake-city --preset field --budget 20 --assist results/salt-lake-city/field-0.2.0 --methods baseline,fixed-time,max-pressure,max-pressure-resco,actuated,nema,idqn,mplight,mplight-star"
     "salt-lake-city/learners-validated salt-lake-city --preset resco --methods baseline,idqn,mplight,mplight-star"
     "salt-lake-city/ten-methods-resco salt-lake-city --preset resco --budget 80 --looks 10,20,40,80 --sampling bayesian-quadrature --until-decided --within 0 --set training.patience=6 --methods fixed-time,max-pressure,max-pressure-resco,actuated,nema,idqn,ippo,mplight,mplight-star"
-    "salt-lake-city/intersections-field salt-lake-city --preset field --set family.detail=per-approach --methods baseline,nema,fixed-time,max-pressure,max-pressure-resco,actuated"
     "salt-lake-city/tuned-resco-20 salt-lake-city --preset resco --budget 20 --tune max-pressure,nema,actuated --methods fixed-time"
     "salt-lake-city/ippo-validated-20 salt-lake-city --preset resco --budget 20 --sampling balanced --episodes 400 --methods baseline,ippo"
 )
