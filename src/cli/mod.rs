@@ -36,13 +36,13 @@ mod work;
 mod worker;
 
 use std::borrow::Cow;
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::process::ExitCode;
 
 use basics::plain::plain;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Arg, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use controllers::ControllersArgs;
 
@@ -174,7 +174,7 @@ pub fn main_of(program: Program, args: Vec<OsString>) -> u8 {
     });
     let done = known.and_then(|()| run(cli));
     done.unwrap_or_else(|error| {
-        complain(&error);
+        complain(&error, &args);
         exit::code(error.as_ref())
     })
 }
@@ -251,7 +251,27 @@ fn temporary_folder() -> Result<tempfile::TempDir, FileError> {
     tempfile::tempdir().map_err(FileError::at("create", &std::env::temp_dir()))
 }
 
-/// Says why a command could not do its work.
-fn complain(error: &anyhow::Error) {
-    output::note(format_args!("error: {error:#}"));
+/// Says why a command could not do its work, and which option named a file that cannot be read.
+fn complain(error: &anyhow::Error, args: &[OsString]) {
+    let why = format!("{error:#}");
+    let file = why.strip_prefix("cannot read ").and_then(|rest| Some(rest.split_once(": ")?.0));
+    let option = file.and_then(|file| naming(args, file)).unwrap_or_default();
+    output::note(format_args!("error: {option}{why}"));
+}
+
+/// Returns the option that names a file, with the file, as messages begin.
+fn naming(args: &[OsString], file: &str) -> Option<String> {
+    let command = Cli::command();
+    let matches = command.clone().try_get_matches_from(args).ok()?;
+    let (name, matches) = matches.subcommand()?;
+    let is_it = |value: &OsStr| {
+        let value = value.to_string_lossy();
+        value.strip_suffix(file).is_some_and(|name| name.is_empty() || name.ends_with('='))
+    };
+    let names = |arg: &&Arg| {
+        let values = matches.try_get_raw(arg.get_id().as_str()).ok().flatten();
+        values.into_iter().flatten().any(is_it)
+    };
+    let option = command.find_subcommand(name)?.get_arguments().find(names)?;
+    Some(format!("--{} {file}: ", option.get_long()?))
 }

@@ -18,9 +18,10 @@ const COLUMNS: &str = "intersection,control,cycle_s,reference,phase,ring,barrier
 const PHASES: &str = "1,pretimed,70,2,2,1,1,1,EBT EBR WBT WBR,EBL WBL,7,35,4,1,7,14,0\n\
     1,,,,4,1,2,1,NBT NBR SBT SBR,NBL SBL,7,35,4,1,7,14,\n";
 
-const MISTAKES: [(&str, &str, &str, &str); 30] = [
+const MISTAKES: [(&str, &str, &str, &str); 33] = [
     ("counts of an intersection that the network does not have", COUNTS, "\n2,0", "\n7,0"),
     ("a letter in a count", COUNTS, "1,07:00,9,99", "1,07:00,9,9o"),
+    ("a count that is not available", COUNTS, "1,07:00,9,99", "1,07:00,9,n/a"),
     ("a negative count", COUNTS, "1,07:00,9,99", "1,07:00,9,-99"),
     ("thousands with a comma", COUNTS, "1,07:00,9,99", "1,07:00,9,\"1,299\""),
     ("counts of a day as those of an hour", COUNTS, "1,07:00,9,99", "1,07:00,9,99000"),
@@ -52,6 +53,8 @@ const MISTAKES: [(&str, &str, &str, &str); 30] = [
     ("two coordinated phases in one ring", PLAN, "1,pretimed,70,2,", "1,coordinated,70,2 4,"),
     ("a walk of 3 s", PLAN, "4,1,7,14", "4,1,3,14"),
     ("a network without lanes", NETWORK, "[Lanes]", ""),
+    ("a network without phases", NETWORK, "[Phases]", "[Other]"),
+    ("a plan without the column of yellow", PLAN, "yellow_s,", ""),
     ("a table of plans without its header", PLAN, COLUMNS, ""),
     ("a plan of an intersection that the network does not have", PLAN, "\n1,", "\n9,"),
 ];
@@ -93,6 +96,8 @@ fn each_mistake_is_named_with_its_place_and_the_way_out() {
     for (what, file, text) in [
         ("a table of counts without movements", COUNTS, "INTID,Time,Total\n1,07:00,500\n"),
         ("rows that are there twice", COUNTS, &COUNTED.replace("08:00", "07:00")),
+        ("counts without the intersection", COUNTS, &COUNTED.replace("INTID", "Number")),
+        ("a movement that was not counted", COUNTS, &COUNTED.replace("WBT", "Other")),
         ("a network that was cut off before its volumes", NETWORK, volumes),
         ("a network as counts", COUNTS, &network),
         ("counts as a network", NETWORK, COUNTED),
@@ -102,6 +107,12 @@ fn each_mistake_is_named_with_its_place_and_the_way_out() {
         folder.write(file, text);
         tell(what, said(&folder, file, ""));
     }
+    let plans =
+        format!("{COLUMNS}{PHASES}{}", PHASES.replace("1,pre", "9,pre").replace("\n1,", "\n9,"));
+    let folder = written();
+    folder.write(PLAN, &plans);
+    tell("a plan of another network", said(&folder, PLAN, ""));
+    tell("a file that is not there", said(&written(), NETWORK, "--existing nowhere.csv"));
     let period = "--period pm=16:00-18:00,500";
     tell("a period that was not counted", said(&written(), COUNTS, period));
     insta::assert_snapshot!("mistakes", all);

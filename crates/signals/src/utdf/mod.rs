@@ -201,7 +201,14 @@ impl Utdf {
             }
             let Some(section) = &section else { continue };
             if ["RECORDNAME", "INTID"].iter().any(|name| first.eq_ignore_ascii_case(name)) {
-                columns = Some(column_names(section, line)?);
+                let names = column_names(section, line)?;
+                if columns.is_some_and(|above| above != names) {
+                    let message = format!(
+                        "other columns than above in [{section}]; put the name of their section before them"
+                    );
+                    return Err(Fault::new(line.number, message));
+                }
+                columns = Some(names);
             } else if let Some(columns) = &columns {
                 // Titles stand between the name of a section and its columns.
                 self.row(section, columns, line)?;

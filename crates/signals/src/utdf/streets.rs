@@ -99,7 +99,7 @@ impl Utdf {
         let is_empty = [self.nodes.is_empty(), self.links.0.is_empty(), self.lanes.0.is_empty()];
         let sections = ["[Nodes]", "[Links]", "[Lanes]"].into_iter().zip(is_empty);
         if let Some((section, _)) = sections.into_iter().find(|(_, is_empty)| *is_empty) {
-            let message = "export the network as UTDF (CSV) with all sections; give counts with --turning-counts, and plans alone as a table";
+            let message = "export the network as UTDF (CSV) with all sections; give counts with --turning-counts, and plans alone as a table such as plans/METHOD.csv";
             return Err(Fault::new(START, format!("no rows below {section} of UTDF; {message}")));
         }
         let (mut said, mut why_not) = (Said::default(), Vec::new());
