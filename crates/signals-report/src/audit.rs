@@ -284,7 +284,6 @@ mod tests {
         let mut plan = signals::existing::read(&table, "plan.csv").unwrap().all.remove(0).plan;
         let arms = ["SB", "WB", "NB", "EB"];
         let arm = |k: usize| DrawnArm {
-            name: String::new(),
             edge: format!("in{k}"),
             bearing_deg: 90.0 * k as f64,
             lanes: [["rs", "s", "l"].as_slice(), &["rs", "s", "l", "l"]][k % 2]
@@ -293,16 +292,10 @@ mod tests {
                 .collect(),
             lanes_out: 2,
             speed_mph: [30.0, 40.0][k % 2],
-            left_storage_m: None,
-            right_storage_m: None,
+            ..DrawnArm::default()
         };
-        let drawn = DrawnIntersection {
-            point: "p".to_owned(),
-            intersection: "7".to_owned(),
-            period: String::new(),
-            is_left_hand: false,
-            arms: (0..4).map(arm).collect(),
-        };
+        let arms_of = (0..4).map(arm).collect();
+        let drawn = DrawnIntersection { arms: arms_of, ..DrawnIntersection::default() };
         for (k, name) in arms.iter().enumerate() {
             for (turn, to) in [("R", 3), ("T", 2), ("L", 1)] {
                 let way = (format!("in{k}"), format!("out{}", (k + to) % 4));

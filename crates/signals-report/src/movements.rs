@@ -241,23 +241,9 @@ mod tests {
     #[test]
     fn lengths_are_in_feet_too_where_speed_limits_are_miles_per_hour() {
         let has = |speeds_mph: [f64; 2]| {
-            let arm = |speed_mph: f64| DrawnArm {
-                name: String::new(),
-                edge: String::new(),
-                bearing_deg: 0.0,
-                lanes: vec!["s".to_owned()],
-                lanes_out: 1,
-                speed_mph,
-                left_storage_m: None,
-                right_storage_m: None,
-            };
-            has_miles(&DrawnIntersection {
-                point: "p".to_owned(),
-                intersection: "7".to_owned(),
-                period: String::new(),
-                is_left_hand: false,
-                arms: speeds_mph.map(arm).to_vec(),
-            })
+            let arm = |speed_mph: f64| DrawnArm { speed_mph, ..DrawnArm::default() };
+            let arms = speeds_mph.map(arm).to_vec();
+            has_miles(&DrawnIntersection { arms, ..DrawnIntersection::default() })
         };
         assert!(has([30.0, 40.000_001]));
         // 50 and 80 km/h.

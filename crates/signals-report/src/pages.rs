@@ -15,7 +15,7 @@ use super::level_of_service::letter;
 use super::movements;
 use super::plans::cabinet::{in_order, plan, seconds};
 use super::plans::remove_earlier;
-use super::plans::told::{Told, best, renamed};
+use super::plans::told::{Told, best};
 use super::savings::{
     FOLDER, MOST_PAGES, Page, by_seed, hours, hours_in_words, intersections, interval, per, savings,
 };
@@ -26,9 +26,10 @@ use evaluation::analysis::Analysis;
 use evaluation::report::page::render;
 use evaluation::report::{ReportError, format};
 use evaluation::stats::score::mean;
-use signals::existing::{ExistingPlan, PlanPhase};
+use signals::existing::ExistingPlan;
 use signals::movement_results::MovementResult;
 use signals::places::DrawnIntersection;
+use signals::vocabulary::listed;
 
 fn pages(seen: Seen<'_>) -> Vec<Page<'_>> {
     Some(intersections(seen)).filter(|all| all.len() <= MOST_PAGES).unwrap_or_default()
@@ -182,28 +183,17 @@ fn schedule(plan: &ExistingPlan) -> Value {
 }
 
 /// Returns per arm the phases of its movements.
-fn phases_of_arms(
-    seen: Seen<'_>,
-    c: &Compared,
-    drawn: &DrawnIntersection,
-    told: &Told,
-) -> Vec<String> {
-    let results = seen.shown.movements.iter().find(|task| task.point == c.point);
-    let names = renamed(seen, c.point);
+fn phases_of_arms(drawn: &DrawnIntersection, told: &Told) -> Vec<String> {
+    let phases = in_order(&told.plan);
+    let with_phases = |name: String| {
+        let own = phases.iter().filter(|p| p.all_movements().any(|other| *other == name));
+        let numbers: Vec<String> = own.map(|p| p.label()).collect();
+        (!numbers.is_empty()).then(|| format!("{name} {}", numbers.join("+")))
+    };
     let of_arm = |edge: &str| {
-        let own = results.iter().flat_map(|task| &task.results).filter(|m| m.from == edge);
-        let mut said: Vec<String> = Vec::new();
-        for m in own {
-            let name = names.get(&m.movement).unwrap_or(&m.movement);
-            let has = |p: &&PlanPhase| p.all_movements().any(|n| n == name);
-            let numbers: Vec<String> =
-                in_order(&told.plan).into_iter().filter(has).map(|p| p.label()).collect();
-            let text = format!("{name} {}", numbers.join("+"));
-            if !numbers.is_empty() && !said.contains(&text) {
-                said.push(text);
-            }
-        }
-        said.join(", ")
+        let own = told.ways.iter().filter(|(_, ways)| ways.iter().any(|(from, _)| from == edge));
+        let names = listed(own.map(|(name, _)| name.as_str()));
+        names.into_iter().filter_map(with_phases).collect::<Vec<_>>().join(", ")
     };
     drawn.arms.iter().map(|arm| of_arm(&arm.edge)).collect()
 }
@@ -226,7 +216,7 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told], saved: Option<Value>)
         let own = plans.iter().filter(|told| told.point == c.point);
         own.min_by(|a, b| delay(a).total_cmp(&delay(b)))
     };
-    let said = all.first().and_then(|(c, _)| Some(phases_of_arms(seen, c, drawn, proposed(c)?)));
+    let said = all.first().and_then(|(c, _)| Some(phases_of_arms(drawn, proposed(c)?)));
     let said = said.unwrap_or_else(|| vec![String::new(); drawn.arms.len()]);
     let periods: Vec<Value> = all
         .iter()

@@ -61,7 +61,7 @@ pub struct StreetsOfRank {
 }
 
 /// A simulated intersection, as it is drawn: on the ground.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DrawnIntersection {
     /// Its point MDP.
@@ -79,7 +79,7 @@ pub struct DrawnIntersection {
 }
 
 /// An arm of an intersection, as it is drawn.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DrawnArm {
     /// Its name.

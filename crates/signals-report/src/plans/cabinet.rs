@@ -452,24 +452,17 @@ mod tests {
             PlanPhase { number, position: number, movements, yielding, walk_s, ..phase() }
         };
         let arm = |(bearing_deg, lanes): (f64, &[&str])| DrawnArm {
-            name: String::new(),
             edge: format!("{bearing_deg}"),
             bearing_deg,
             lanes: lanes.iter().map(|turns| (*turns).to_owned()).collect(),
             lanes_out: 1,
             speed_mph: 30.0,
-            left_storage_m: None,
-            right_storage_m: None,
+            ..DrawnArm::default()
         };
         let arms: [(f64, &[&str]); 3] =
             [(90.0, &["s", "l"]), (180.0, &["r", "l"]), (270.0, &["sr"])];
-        let drawn = DrawnIntersection {
-            point: String::new(),
-            intersection: String::new(),
-            period: String::new(),
-            is_left_hand: false,
-            arms: arms.map(arm).to_vec(),
-        };
+        let drawn =
+            DrawnIntersection { arms: arms.map(arm).to_vec(), ..DrawnIntersection::default() };
         let from = [
             ("WBL", "90"),
             ("WBT", "90"),

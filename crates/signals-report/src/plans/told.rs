@@ -15,7 +15,7 @@ use signals::network::plain::SIGNAL;
 use signals::network_files::GENERATED;
 use signals::places::DrawnIntersection;
 use signals::program::{ProgramKind, SignalProgram};
-use signals::vocabulary::{Heading, on_side};
+use signals::vocabulary::{Heading, listed, on_side};
 
 /// The plan of a signal as phases.
 pub(crate) struct Told {
@@ -142,7 +142,7 @@ pub(crate) fn given_plan(point: &PointRow, method: &str) -> Option<ExistingPlan>
 
 /// Returns what movements of an intersection are called in plans, by the name that they have in results: as the plan that was
 /// given for it calls them, else after the directions with which the names of its arms begin. Plans that are given are read so.
-pub(crate) fn renamed(seen: Seen<'_>, point: usize) -> BTreeMap<String, String> {
+fn renamed(seen: Seen<'_>, point: usize) -> BTreeMap<String, String> {
     let Seen { data, shown } = seen;
     let identity = &data.manifest.identity;
     let Some(results) = shown.movements.iter().find(|task| task.point == point) else {
@@ -220,13 +220,11 @@ impl Numbers {
         // The left turn that opposes phase 2 is 1, that of phase 2 is 5.
         let opposite = (through + 3) % 8 + 1;
         let is_opposed = self.through.values().any(|number| *number == opposite);
-        let left = opposite - 1;
-        match turn == Turn::Left && is_opposed {
-            true => Some(left).filter(|_| {
-                through <= 8 && through.is_multiple_of(2) && !self.taken.contains(&left)
-            }),
-            false => Some(through),
+        if turn == Turn::Through || !is_opposed {
+            return Some(through);
         }
+        let is_usual = through <= 8 && through.is_multiple_of(2);
+        Some(opposite - 1).filter(|left| is_usual && !self.taken.contains(left))
     }
 
     /// Returns the numbers of the phases that a phase is at once; nothing where one of its movements has none. In rings a phase
@@ -386,14 +384,7 @@ fn on_arm(movement: &str, from_edge: &str, drawn: &DrawnIntersection) -> Option<
 fn rename(plan: &mut ExistingPlan, renamed: &BTreeMap<String, String>) {
     for phase in &mut plan.phases {
         for names in [&mut phase.movements, &mut phase.yielding] {
-            let mut of_network: Vec<String> = Vec::new();
-            for name in names.iter() {
-                let name = renamed.get(name).unwrap_or(name);
-                if !of_network.contains(name) {
-                    of_network.push(name.clone());
-                }
-            }
-            *names = of_network;
+            *names = listed(names.iter().map(|name| renamed.get(name).unwrap_or(name).as_str()));
         }
         let protected = &phase.movements;
         phase.yielding.retain(|name| !protected.contains(name));
@@ -412,23 +403,16 @@ pub(super) mod tests {
         let arm = |name: &str, edge: &str, lanes: &[&str]| DrawnArm {
             name: name.to_owned(),
             edge: edge.to_owned(),
-            bearing_deg: 0.0,
             lanes: lanes.iter().map(|turns| (*turns).to_owned()).collect(),
-            lanes_out: 1,
-            speed_mph: 30.0,
-            left_storage_m: None,
-            right_storage_m: None,
+            ..DrawnArm::default()
         };
         let drawn = |name: &str| DrawnIntersection {
-            point: "p".to_owned(),
-            intersection: "7".to_owned(),
-            period: String::new(),
-            is_left_hand: false,
             arms: vec![
                 arm("an exit", "in0", &[]),
                 arm("EB Main St", "in1", &["sl"]),
                 arm(name, "in2", &["r"]),
             ],
+            ..DrawnIntersection::default()
         };
         let called = |edge: &str, name: &str| on_arm("SBL2", edge, &drawn(name));
         assert_eq!(called("in1", "NB 5th").as_deref(), Some("EBL2"));
