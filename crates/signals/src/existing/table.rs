@@ -13,7 +13,6 @@ use sheet::{Fault, Row, Sheet};
 use super::{
     Control, ExistingPlan, LEAST_GREEN_S, LIMITS, NamedPlan, PlanPhase, Plans, Recall, within,
 };
-use crate::turning::few;
 use crate::vocabulary::Heading;
 use basics::files::lines;
 use evaluation::family::columns::{Columns, at};
@@ -304,7 +303,7 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
         known.and_then(|()| named.plan.checked().map(|_| ())).map_err(|(phases, message)| {
             let at: Vec<u64> = phases.iter().map(|phase| lines[*phase]).collect();
             let all = if at.len() > 1 {
-                format!(" (lines {})", few(at.iter().map(u64::to_string)))
+                format!(" (lines {})", at.iter().map(u64::to_string).collect::<Vec<_>>().join(", "))
             } else {
                 String::new()
             };
