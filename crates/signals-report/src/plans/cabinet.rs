@@ -144,11 +144,11 @@ pub(crate) fn unserved_people(plan: &ExistingPlan) -> Vec<String> {
     phases.filter(|p| p.is_for_people()).map(|p| p.number.to_string()).collect()
 }
 
-/// Returns the phases of a plan by number, stages in their order.
+/// Returns the phases of a plan by number, those of a single ring in their order.
 pub(crate) fn in_order(plan: &ExistingPlan) -> Vec<&PlanPhase> {
     let mut phases: Vec<&PlanPhase> = plan.phases.iter().collect();
-    let are_stages = phases.iter().any(|phase| phase.also.is_some());
-    phases.sort_by_key(|phase| if are_stages { phase.position } else { phase.number });
+    let is_one_ring = phases.iter().all(|phase| (phase.ring, phase.barrier) == (1, 1));
+    phases.sort_by_key(|phase| if is_one_ring { phase.position } else { phase.number });
     phases
 }
 
