@@ -252,6 +252,42 @@ fn a_network_in_utdf_is_simulated_and_its_plans_go_out_and_come_back() {
     ]);
 }
 
+#[test]
+fn printed_plans_hold_walks_and_clearances_and_what_is_not_legal_is_said() {
+    let folder =
+        Folder::with(&[("n.csv", &repository("crates/signals/tests/utdf/double-left.csv"))]);
+    folder.run("build-networks --utdf n.csv");
+    let run = format!("run networks/n --preset field {SHORT}");
+    let methods = "existing,retime,nema,fixed-time,actuated";
+    let searches = "--set fixed_time.simulations=8 --set retime.simulations=20";
+    folder.run(&format!("{run} --methods {methods} {searches} --out r"));
+    let sheet = folder.read("r/report/plans/i0001.html");
+    let checks = |sheet: &str| -> Vec<String> {
+        let plans = sheet.split("<h2>").skip(1).filter(|plan| plan.contains("Check:"));
+        plans.map(|plan| plan.split(':').next().unwrap().to_owned()).collect()
+    };
+    assert_eq!(checks(&sheet), ["existing", "retime"], "the others keep to the limits");
+    let page = folder.read("r/report/intersections/i0001.html");
+    assert!(page.contains("yellow at 45 mph") && page.contains("NB not served"), "{page}");
+    for row in folder.rows("r/report/signals.csv") {
+        assert_eq!(number(&row, "plan_findings") > 0.0, checks(&sheet).contains(&row["method"]));
+    }
+    // Splits are whole, greens have tenths that hold what the limits want, and the plan passes as an existing one.
+    for row in folder.rows("r/report/cabinet.csv").iter().filter(|row| row["kind"] == "stage") {
+        let of = |name: &str| row[name].parse().unwrap_or(0.0_f64);
+        assert!(of("min_green_s") >= (of("walk_s") + of("clearance_s")).max(5.0), "{row:?}");
+        let is_whole = (of("split_s") - of("split_s").round()).abs() < 1e-9;
+        assert!(is_whole || row["control"] == "actuated", "{row:?}");
+    }
+    for method in ["baseline", "fixed-time", "actuated", "nema"] {
+        folder.run(&format!(
+            "{run} --existing r/report/plans/{method}.csv --methods existing --out {method}"
+        ));
+        let audit = folder.read(&format!("{method}/report/audit.csv"));
+        assert!(!audit.contains("phase "), "{audit}");
+    }
+}
+
 const PLAN: &str = "intersection,control,cycle_s,phase,ring,barrier,position,movements,yielding,split_s,yellow_s,all_red_s,\
     walk_s,clearance_s,recall\n\
     7,pretimed,70,2,1,1,1,NBT NBR,NBL,40,4,1,7,12,max\n7,,,6,2,1,1,SBT,SBL,40,4,1,,,max\n\

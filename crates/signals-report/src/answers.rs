@@ -10,7 +10,7 @@ use evaluation::store::manifest::PointRow;
 use signals::control::{existing, program};
 use signals::existing::Control;
 use signals::network_files::GENERATED;
-use signals::trial::PEDESTRIAN_DELAY;
+use signals::trial::{PEDESTRIAN_DELAY, UNSERVED};
 
 /// Returns the method that does what signals do today: the plans that were given, or the programs of SUMO scenarios of
 /// somebody's own.
@@ -71,14 +71,25 @@ pub(super) fn on_foot(data: &Analysis) -> Option<String> {
         let of = |(i, p): (usize, &PointSummary)| Some((p.weight, delay_on_foot(data, i, method)?));
         weighted_mean(data.points.iter().enumerate().map(of).collect::<Option<Vec<_>>>()?)
     };
-    let (own_s, other_s) = (delay_s(best)?, delay_s(reference)?);
     let [own, other] = [best, reference].map(|m| &identity.methods[m]);
-    let change = match own_s - other_s {
-        _ if best == reference => String::new(),
-        more if more >= 0.0 => format!(", {more:.1} s more than under {other}"),
-        less => format!(", {:.1} s less than under {other}", -less),
+    let waits = delay_s(best).zip(delay_s(reference)).map(|(own_s, other_s)| {
+        let change = match own_s - other_s {
+            _ if best == reference => String::new(),
+            more if more >= 0.0 => format!(", {more:.1} s more than under {other}"),
+            less => format!(", {:.1} s less than under {other}", -less),
+        };
+        format!("People on foot wait {own_s:.1} s under {own}{change}.")
+    });
+    let unserved = |method: usize| {
+        let of = |p: &PointSummary| p.results[method].as_ref()?.metrics.get(UNSERVED).copied();
+        let count = data.points.iter().filter_map(of).sum::<f64>().round() as usize;
+        let (none, name) = (format::count(count, "crosswalk"), &identity.methods[method]);
+        (count > 0)
+            .then(|| format!("Under {name} nobody is served at {none}, which no mean contains."))
     };
-    Some(format!("People on foot wait {own_s:.1} s under {own}{change}."))
+    let methods = [best, reference].into_iter().skip((best == reference).into());
+    let said: Vec<String> = waits.into_iter().chain(methods.filter_map(unserved)).collect();
+    (!said.is_empty()).then(|| said.join(" "))
 }
 
 /// Whether a method runs a coordinated plan on a point MDP that is simulated without its street.

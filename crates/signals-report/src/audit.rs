@@ -20,7 +20,7 @@ use osm_signals::angle::turn_degrees;
 
 use super::capacity::Basis;
 use super::movements::basis;
-use super::plans::told::given_plan;
+use super::plans::told::{Told, given_plan};
 use super::shown::Seen;
 use evaluation::report::format;
 use evaluation::report::table::{Cell, Columns, Table};
@@ -185,11 +185,28 @@ fn overloaded(ratios: Vec<(String, f64)>) -> impl Iterator<Item = Finding> {
     })
 }
 
+fn limits(seen: Seen<'_>) -> Option<SignalSettings> {
+    let limits = seen.data.manifest.identity.settings.get("signal").cloned();
+    serde_json::from_value(limits.unwrap_or_default()).ok()
+}
+
+/// Says what is wrong with times and right of way of a plan that reports tell; nothing where the arms are not known.
+pub(crate) fn checks(seen: Seen<'_>, told: &Told) -> Vec<String> {
+    let point = &seen.data.manifest.identity.points[told.point].point;
+    let drawn = seen.shown.drawing(point).filter(|_| told.is_alone);
+    let Some((limits, drawn)) = limits(seen).zip(drawn) else { return Vec::new() };
+    let plan = ExistingPlan { ways: told.ways.clone(), ..told.given_back() };
+    let said = |Finding { what, value, required, unit, source }: Finding| {
+        let [value, required] = [value, required].map(|v| (100.0 * v).round() / 100.0);
+        format!("{what}: {value} instead of {required} {unit} ({source})")
+    };
+    Placed::new(&plan, drawn, &limits).findings().into_iter().map(said).collect()
+}
+
 /// Does something with the plan that a signal has today at every point MDP where it is known.
 fn each<T>(seen: Seen<'_>, of: impl Fn(usize, &Placed<'_>) -> T) -> Vec<T> {
     let identity = &seen.data.manifest.identity;
-    let limits = identity.settings.get("signal").cloned().unwrap_or_default();
-    let Ok(limits) = serde_json::from_value::<SignalSettings>(limits) else { return Vec::new() };
+    let Some(limits) = limits(seen) else { return Vec::new() };
     let at = |point: usize| {
         let plan = given_plan(&identity.points[point], existing::METHOD.name)?;
         let drawn = seen.shown.drawing(&identity.points[point].point)?;

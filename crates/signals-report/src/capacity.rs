@@ -189,6 +189,7 @@ pub(crate) mod tests {
             queue_95_veh: 0.0,
             storage_m: None,
             crosswalk_delay_s: None,
+            crosswalk_unserved: false,
             supply: Some(Supply {
                 group: group.to_owned(),
                 lanes: lanes[0],

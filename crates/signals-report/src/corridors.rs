@@ -8,8 +8,7 @@
 
 use minijinja::{Value, context};
 
-use super::shown::TaskPlan;
-use super::shown::{OfTask, Seen};
+use super::shown::{OfTask, Seen, TaskPlan};
 use evaluation::report::svg::{Anchor, Axes, Canvas, TextStyle, nice_step};
 use evaluation::report::table::{Cell, Columns};
 use evaluation::report::{Figure, WIDTH};

@@ -74,10 +74,8 @@ pub(super) fn of_run(settings: &Value) -> Option<String> {
 /// Returns the length of the episodes on generated networks; `None` for imported scenarios, each of
 /// which has its own.
 pub(super) fn horizon_s(identity: &Identity) -> Option<f64> {
-    if identity.scenario == "imported" {
-        return None;
-    }
-    identity.settings.pointer("/demand/horizon_s")?.as_f64()
+    let generated = Some(identity).filter(|identity| identity.scenario != "imported")?;
+    generated.settings.pointer("/demand/horizon_s")?.as_f64()
 }
 
 /// Returns a length of episodes as the end of `in the simulated`: `hour`, `minute`, or `300 s`.

@@ -33,12 +33,7 @@ pub fn shares(weighted_delays_s: impl IntoIterator<Item = (f64, f64)>) -> [f64; 
         shares[level(delay_s)] += weight;
         total += weight;
     }
-    if total > 0.0 {
-        for share in &mut shares {
-            *share /= total;
-        }
-    }
-    shares
+    shares.map(|share| if total > 0.0 { share / total } else { 0.0 })
 }
 
 /// Returns the range of delays of a level in words.

@@ -46,9 +46,8 @@ pub(crate) fn table(seen: Seen<'_>) -> String {
         let capacity = move |i: usize| capacities.as_ref().and_then(|all| all[i]);
         task.results.iter().enumerate().map(move |(i, m)| (task, m, capacity(i)))
     });
-    let green = |m: &MovementResult| {
-        Some(m.supply.as_ref()?).map(|s| s.protected_share + s.permissive_share)
-    };
+    let green =
+        |m: &MovementResult| m.supply.as_ref().map(|s| s.protected_share + s.permissive_share);
     let mut columns = Columns::new()
         .text("point", "", |(task, ..): &Row<'_>| identity.points[task.point].point.clone())
         .text("method", "", |(task, ..)| identity.methods[task.method].clone())
@@ -87,9 +86,7 @@ pub(crate) fn table(seen: Seen<'_>) -> String {
 /// Returns the section on movements; undefined where no record has them.
 pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
     let Seen { data, shown } = seen;
-    if shown.movements.is_empty() {
-        return None;
-    }
+    shown.movements.first()?;
     let identity = &data.manifest.identity;
     let many = data.points.len() > FEW;
     let pages = super::pages::links(seen);

@@ -35,11 +35,10 @@ impl Overloaded {
 /// Returns which part of the family the baseline leaves at F; `None` when that is not known of some
 /// point MDP. `baseline` is its position among the methods.
 pub(super) fn overloaded(points: &[PointSummary], baseline: usize) -> Option<Overloaded> {
-    let known: Option<Vec<(bool, f64, f64)>> = points
-        .iter()
-        .map(|p| Some((p.regime? == AT_F, p.weight, p.results[baseline].as_ref()?.objective)))
-        .collect();
-    let known = known?;
+    let of = |p: &PointSummary| {
+        Some((p.regime? == AT_F, p.weight, p.results[baseline].as_ref()?.objective))
+    };
+    let known = points.iter().map(of).collect::<Option<Vec<(bool, f64, f64)>>>()?;
     let share = |value: &dyn Fn(&(bool, f64, f64)) -> f64| {
         weighted_mean(known.iter().map(|k| (value(k), if k.0 { 1.0 } else { 0.0 })))
     };

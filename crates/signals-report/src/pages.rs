@@ -125,8 +125,8 @@ fn with_width((middle, half): (f64, Option<f64>), sign: bool) -> String {
     half.map_or(middle.clone(), |half| format!("{middle} \u{b1} {half:.1}"))
 }
 
-/// Says the delay at the crosswalk of each approach, over all trainings, such as `NB 14, EB 42`; nothing where people on foot do
-/// not count.
+/// Says the delay at the crosswalk of each approach, over all trainings, such as `NB 14, EB not served`; nothing where people on
+/// foot do not count.
 fn crosswalks(seen: Seen<'_>, point: usize, method: usize) -> String {
     let own = || seen.shown.movements.iter().filter(|t| (t.point, t.method) == (point, method));
     let mut said: Vec<String> = Vec::new();
@@ -135,7 +135,9 @@ fn crosswalks(seen: Seen<'_>, point: usize, method: usize) -> String {
             t.results.iter().find(|r| r.from == m.from)?.crosswalk_delay_s
         };
         let delay = own().map(of_task).collect::<Option<Vec<_>>>().and_then(|all| mean(&all));
-        let text = delay.zip(m.movement.get(..2)).map(|(s, name)| format!("{name} {s:.0}"));
+        let unserved = m.crosswalk_unserved.then(|| "not served".to_owned());
+        let wait = delay.map(|s| format!("{s:.0}")).or(unserved);
+        let text = wait.zip(m.movement.get(..2)).map(|(wait, name)| format!("{name} {wait}"));
         said.extend(text.filter(|text| !said.contains(text)));
     }
     said.join(", ")
@@ -240,7 +242,7 @@ fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told], saved: Option<Value>)
                 hours => c.hours.map(seconds),
                 rows,
                 movements => movements::point(seen, c.point, None),
-                has_people => methods.iter().any(|m| delay_on_foot(data, c.point, *m).is_some()),
+                has_people => methods.iter().any(|m| !crosswalks(seen, c.point, *m).is_empty()),
                 plans => shown_plans.into_iter().map(|told| context! { schedule => schedule(&told.plan), ..plan(seen, told) }).collect::<Vec<_>>(),
             }
         })

@@ -10,7 +10,7 @@
 use minijinja::{Value, context};
 
 use super::answers::today;
-use super::audit::{IMPLAUSIBLE, ratios, shorter};
+use super::audit::{IMPLAUSIBLE, checks, ratios, shorter};
 use super::demand::{HOUR_S, horizon_s, span};
 use super::level_of_service::{DELAY, letter};
 use super::plans::told::{Told, best};
@@ -108,6 +108,8 @@ pub(super) struct Saving<'a> {
     delays_s: [f64; 2],
     /// Volume to capacity before, where it is highest, with the movements there.
     highest: Option<(String, f64)>,
+    /// What the audit finds in its plans.
+    findings: usize,
 }
 
 impl Saving<'_> {
@@ -174,7 +176,9 @@ fn saving<'a>(
     let saved_h = measured.unwrap_or_else(|| saved_h(after));
     let ratios = page.periods.iter().flat_map(|(point, _)| ratios(seen, *point, before.0));
     let highest = ratios.max_by(|a, b| a.1.total_cmp(&b.1));
-    Some(Saving { page, against: before.0, method: after.0, saved_h, delays_s, highest })
+    let own = |t: &&Told| t.method == after.0 && page.periods.iter().any(|(p, _)| t.point == *p);
+    let findings = plans.iter().filter(own).map(|told| checks(seen, told).len()).sum();
+    Some(Saving { page, against: before.0, method: after.0, saved_h, delays_s, highest, findings })
 }
 
 /// Returns what all intersections would save, the most first.
@@ -226,6 +230,7 @@ pub(super) fn table(seen: Seen<'_>) -> String {
         .file("v_c", |s| Cell::exact(s.highest.as_ref().map(|h| h.1).filter(|v| v.is_finite())))
         .text("lane_group", "", |s| s.highest.as_ref().map(|h| h.0.clone()).unwrap_or_default())
         .file("check_first", |s| Cell::flag(Some(s.is_marked())))
+        .file("plan_findings", |s| Cell::count(s.findings))
         .table(savings(seen, &pages))
         .csv()
 }
@@ -257,6 +262,7 @@ pub(super) fn values(seen: Seen<'_>) -> Option<Value> {
             group => s.highest.as_ref().map(|h| h.0.clone()),
             ratio => s.highest.as_ref().map(|h| format!("{:.2}", h.1)),
             marked => s.is_marked(),
+            findings => (s.findings > 0).then(|| format::count(s.findings, "finding")),
         }
     };
     let sum = |with_marked: bool| {
@@ -311,6 +317,7 @@ mod tests {
             saved_h: saved_h.to_vec(),
             delays_s: [30.0, 20.0],
             highest: ratio.map(|ratio| ("NBT".to_owned(), ratio)),
+            findings: 0,
         };
         let all = [
             saving(0, [1.0, 2.0], Some(1.2)),

@@ -33,7 +33,7 @@ use evaluation::store::manifest::PointRow;
 use evaluation::store::results::Results;
 use signals::control::registry::METHODS;
 use signals::settings::failure;
-use signals::trial::PEDESTRIAN_DELAY;
+use signals::trial::{PEDESTRIAN_DELAY, UNSERVED};
 
 const INTERSECTIONS: &str = "intersections.csv";
 const GEOJSON: &str = "results.geojson";
@@ -176,9 +176,10 @@ impl Sections for TrafficSections {
                 (LOSS, "Loss", ""),
             ],
         };
-        let known = |task: &TaskScore| task.metrics.contains_key(PEDESTRIAN_DELAY);
-        let on_foot = table == Table::Scores && data.tasks.iter().any(known);
-        let on_foot = on_foot.then_some((PEDESTRIAN_DELAY, "On foot", "s per person"));
+        let on_foot =
+            [(PEDESTRIAN_DELAY, "On foot", "s per person"), (UNSERVED, "No walk", "crosswalks")];
+        let known = |name: &str| data.tasks.iter().any(|task| task.metrics.contains_key(name));
+        let on_foot = on_foot.into_iter().filter(|of| table == Table::Scores && known(of.0));
         columns.into_iter().chain(on_foot).map(metric).collect()
     }
 
@@ -188,7 +189,7 @@ impl Sections for TrafficSections {
 
     fn score_cells(&self, _: &Analysis, _: &TaskScore, objective: Option<f64>) -> Vec<String> {
         let known = objective.filter(|_| !self.measures.several_signals);
-        vec![known.map_or_else(String::new, |delay_s| letter(delay_s).to_string())]
+        vec![known.map(letter).map(String::from).unwrap_or_default()]
     }
 
     fn summary_columns(&self, data: &Analysis) -> Vec<(&'static str, String)> {
@@ -230,13 +231,10 @@ impl Sections for TrafficSections {
 
     fn parts(&self, data: &Analysis, figures: &[Figure]) -> Result<Vec<Part>, ReportError> {
         let figure = |name: &str| figures.iter().find(|f| f.name == name).map(|f| f.svg.as_str());
-        let level_heads: Vec<Value> = (LEVELS.iter().enumerate())
-            .map(|(l, letter)| context! { letter => letter.to_string(), range => range(l) })
-            .collect();
+        let head = |l: usize| context! { letter => LEVELS[l].to_string(), range => range(l) };
+        let level_heads: Vec<Value> = (0..LEVELS.len()).map(head).collect();
         let seen = self.seen(data);
-        let service = figure("level-of-service").map(|levels| {
-            context! { levels }
-        });
+        let service = figure("level-of-service").map(|levels| context! { levels });
         let map = figure("map").zip(data.best()).map(|(map, best)| {
             context! {
                 map,

@@ -41,9 +41,12 @@ pub struct MovementResult {
     /// Length of its turn lanes where they are shorter than the street, metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub storage_m: Option<f64>,
-    /// Mean delay of those who cross its approach, seconds; absent where pedestrians do not count or nobody came.
+    /// Mean delay of those who cross its approach, seconds; absent where pedestrians do not count, nobody came or is served.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crosswalk_delay_s: Option<f64>,
+    /// Whether people would cross its approach, but never had WALK.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub crosswalk_unserved: bool,
     /// What decides its capacity; absent in records of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub supply: Option<Supply>,
@@ -80,7 +83,7 @@ pub fn results(episodes: &[Vec<MovementTotals>]) -> Vec<MovementResult> {
                 all.stops += one.stops;
                 all.queue_veh.extend(&one.queue_veh);
                 all.lights.add(one.lights);
-                all.crosswalk.add(one.crosswalk);
+                all.crosswalk += one.crosswalk;
             }
         }
     }
@@ -102,6 +105,7 @@ pub fn results(episodes: &[Vec<MovementTotals>]) -> Vec<MovementResult> {
             queue_95_veh,
             storage_m: t.storage_m,
             crosswalk_delay_s: t.crosswalk.delay_s(),
+            crosswalk_unserved: t.crosswalk.unserved > 0,
             supply: supply(t),
         }
     };

@@ -35,6 +35,9 @@ pub const VEHICLES: &str = "vehicles_veh";
 /// Name of the metric of people on foot, where they count.
 pub const PEDESTRIAN_DELAY: &str = "pedestrian_delay_s";
 
+/// Metric: crosswalks without any walk, which are not in the delay on foot; absent where there are none.
+pub const UNSERVED: &str = "unserved_crosswalks";
+
 /// Name of the detail that says which vehicle stood for [`STANDING_S`](super::env::standing::STANDING_S) or longer.
 pub const STANDING: &str = "standing";
 
@@ -369,7 +372,8 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
     ];
     let people = [
         ("pedestrians", metrics.pedestrians.map(f64::from)),
-        (PEDESTRIAN_DELAY, metrics.pedestrian_delay_s),
+        (PEDESTRIAN_DELAY, metrics.people.delay_s()),
+        (UNSERVED, Some(metrics.people.unserved).filter(|count| *count > 0).map(f64::from)),
     ];
     let people = people.into_iter().filter_map(|(name, value)| Some((name, value?)));
     let all = named.into_iter().chain(people);

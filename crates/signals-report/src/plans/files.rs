@@ -84,13 +84,9 @@ fn program_file(seen: Seen<'_>, plan: &TaskPlan, begin_s: f64) -> Option<(String
     let identity = &seen.data.manifest.identity;
     let (point, method) = (&identity.points[plan.point], identity.methods[plan.method].as_str());
     let own = point.environment == GENERATED && method == TUNED;
-    let of_plan = |program: &SignalProgram| match program.kind {
-        ProgramKind::Actuated if !program.own => {
-            SignalProgram { offset_s: begin_s, ..program.clone() }
-        }
-        _ => program.clone(),
-    };
-    let programs: Vec<SignalProgram> = plan.programs.iter().map(of_plan).collect();
+    let mut programs = plan.programs.clone();
+    let loaded = programs.iter_mut().filter(|p| p.kind == ProgramKind::Actuated && !p.own);
+    loaded.for_each(|program| program.offset_s = begin_s);
     let text = additional(method, &programs, own, &[format!("{method} on {}", point.point)])?;
     let name = match method {
         TUNED => format!("{}.add.xml", point.point),
@@ -108,12 +104,8 @@ fn begin_s(point: &PointRow, plans: &Path) -> f64 {
     let given = given(point).ok().and_then(|given| given.begin_s);
     let above = fs::canonicalize(plans.parent().unwrap_or(plans)).unwrap_or_default();
     let mut folders = std::iter::once(Path::new("")).chain(above.ancestors());
-    let own = || {
-        let found =
-            folders.find_map(|folder| SumoConfig::read(&folder.join(&point.environment)).ok());
-        found.map(|config| config.begin_s)
-    };
-    given.or_else(own).unwrap_or_default()
+    let mut own = || folders.find_map(|f| SumoConfig::read(&f.join(&point.environment)).ok());
+    given.or_else(|| Some(own()?.begin_s)).unwrap_or_default()
 }
 
 /// A row: a plan, and of the program of a signal one green with its place.

@@ -42,7 +42,7 @@ pub(crate) struct Told {
 impl Told {
     /// Returns the plan as files have it that a run takes back. A stage whose walk goes on through later ones has none there,
     /// because a phase lasts until its walk and clearance are over.
-    pub(super) fn given_back(&self) -> ExistingPlan {
+    pub(crate) fn given_back(&self) -> ExistingPlan {
         let mut plan = self.plan.clone();
         for phase in plan.phases.iter_mut().filter(|_| self.is_stages) {
             let least_s = phase.min_green_s;

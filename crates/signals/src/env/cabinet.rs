@@ -301,7 +301,7 @@ mod tests {
         assert_eq!(shown, format!("{}{}yyy{}", "r".repeat(3), "G".repeat(17), "r".repeat(17)));
         let (shown, totals) = crossed(&[1, 1, 0, 0], &[1.0]);
         assert_eq!(shown, format!("{}{}yyy{}", "r".repeat(3), "G".repeat(27), "r".repeat(7)));
-        assert_eq!(totals, PedestrianTotals { count: 1, wait_s: 2.0 });
+        assert_eq!(totals, PedestrianTotals { count: 1, wait_s: 2.0, unserved: 0 });
     }
 
     #[test]
@@ -311,7 +311,7 @@ mod tests {
         assert_eq!(totals.wait_s, 0.0);
         // After 50 of 60 s there is none. The other green follows, and this one again at 83 s.
         let (_, totals) = crossed(&[1; 9], &[53.0]);
-        assert_eq!(totals, PedestrianTotals { count: 1, wait_s: 30.0 });
+        assert_eq!(totals, PedestrianTotals { count: 1, wait_s: 30.0, unserved: 0 });
     }
 
     #[test]
@@ -331,7 +331,10 @@ mod tests {
                 cabinet.elapse(1);
             }
         }
-        assert_eq!(pedestrians.finish(200.0)[0], PedestrianTotals { count: 1, wait_s: 128.0 });
+        assert_eq!(
+            pedestrians.finish(200.0)[0],
+            PedestrianTotals { count: 1, wait_s: 128.0, unserved: 0 }
+        );
         assert_eq!(cabinet.phase, GreenPhase(0), "it has its way again");
     }
 }

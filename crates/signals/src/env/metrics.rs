@@ -1,6 +1,7 @@
 //! What an episode is judged by.
 
 use super::by_movement::MovementTotals;
+use super::pedestrians::PedestrianTotals;
 use crate::control::{EpisodeOutcome, RingGreens};
 use crate::sim::StepCounts;
 use crate::sim::tripinfo::TripTotals;
@@ -17,8 +18,8 @@ pub struct EpisodeMetrics {
     pub standing: Option<String>,
     /// How many crossed, where they push buttons.
     pub pedestrians: Option<u32>,
-    /// Mean delay of people on foot, seconds: of those, or on recall over crosswalks; `None` without any.
-    pub pedestrian_delay_s: Option<f64>,
+    /// People on foot: those, or on recall one of every crosswalk.
+    pub people: PedestrianTotals,
     /// Mean over decisions of the halting vehicles on all incoming lanes.
     pub queue_veh: f64,
     /// Largest number of halting vehicles at a decision.

@@ -7,12 +7,15 @@
 //! **On recall** nobody pushes a button. The delay of a crosswalk is then that of somebody who comes at any time: over the times
 //! r in which nobody may begin to cross, the sum of r squared over twice the time of the episode, which for a fixed cycle is
 //! the manual's formula (HCM, 6th edition, chapter 19). People begin to cross in WALK and 4 s after it (effective walk time).
+//! A crosswalk without any WALK has no delay: nobody is served there.
 //!
 //! When WALK begins is up to what drives the signal:
 //! - **the cabinet**, which a controller's decisions drive, and **two rings**: when a green that serves a waiting
 //!   crosswalk begins, or at once if it is green and may still last as long as it takes;
 //! - **a program**: when greens in a row that serve the crosswalk begin, if they leave it enough time; see
 //!   [`Timing::walks`].
+
+use std::ops::AddAssign;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
@@ -68,15 +71,19 @@ pub struct PedestrianTotals {
     pub count: u32,
     /// Sum of their waits, seconds.
     pub wait_s: f64,
+    /// Crosswalks at which people would have crossed, but that never had WALK.
+    pub unserved: u32,
+}
+
+impl AddAssign for PedestrianTotals {
+    fn add_assign(&mut self, other: Self) {
+        self.count += other.count;
+        self.wait_s += other.wait_s;
+        self.unserved += other.unserved;
+    }
 }
 
 impl PedestrianTotals {
-    /// Adds others.
-    pub fn add(&mut self, other: Self) {
-        self.count += other.count;
-        self.wait_s += other.wait_s;
-    }
-
     /// Returns the mean delay, seconds; `None` without anybody.
     pub fn delay_s(self) -> Option<f64> {
         (self.count > 0).then(|| self.wait_s / f64::from(self.count))
@@ -156,7 +163,7 @@ impl Pedestrians {
         own.closed_s2 += (now_s - own.open_until_s).max(0.0).powi(2);
         own.open_until_s = now_s + 1.0 + AFTER_WALK_S;
         for came_s in own.waiting.drain(..) {
-            own.totals.add(PedestrianTotals { count: 1, wait_s: now_s - came_s });
+            own.totals += PedestrianTotals { count: 1, wait_s: now_s - came_s, unserved: 0 };
         }
     }
 
@@ -189,13 +196,22 @@ impl Pedestrians {
     /// Returns the totals at the end of the episode, per crosswalk.
     pub fn finish(&mut self, now_s: f64) -> Vec<PedestrianTotals> {
         self.arrive(now_s);
-        (0..self.crossings.len()).for_each(|crossing| self.go(crossing, now_s));
-        let twice_s = 2.0 * (now_s - self.begin_s);
-        let of = |own: &Crossing| match self.recalls && own.counts {
-            true => PedestrianTotals { count: 1, wait_s: own.closed_s2 / twice_s },
-            false => own.totals,
+        let count = self.crossings.len();
+        let of = |crossing: usize| {
+            let (own, recalls) = (&self.crossings[crossing], self.recalls);
+            // The cabinet serves whoever waits.
+            let waits = |came_s: &f64| now_s - came_s > 2.0 * LONGEST_WAIT_S;
+            let wants = recalls && own.counts || own.waiting.first().is_some_and(waits);
+            if wants && own.open_until_s <= self.begin_s {
+                return PedestrianTotals { unserved: 1, ..PedestrianTotals::default() };
+            }
+            self.go(crossing, now_s);
+            let own = &self.crossings[crossing];
+            let wait_s = own.closed_s2 / (2.0 * (now_s - self.begin_s));
+            let on_recall = PedestrianTotals { count: 1, wait_s, unserved: 0 };
+            if recalls && own.counts { on_recall } else { own.totals }
         };
-        self.crossings.iter().map(of).collect()
+        (0..count).map(of).collect()
     }
 }
 
@@ -255,9 +271,15 @@ mod tests {
         }
         // From 3 to 10 s, not at all, and from 25 s to the end.
         let mut on_recall = Pedestrians { recalls: true, ..pedestrians.clone() };
-        assert_eq!(pedestrians.finish(30.0)[0], PedestrianTotals { count: 3, wait_s: 12.0 });
+        let waits = PedestrianTotals { count: 3, wait_s: 12.0, unserved: 0 };
+        assert_eq!(pedestrians.finish(30.0)[0], waits);
         // Nobody may begin to cross for 10 s, and for the last 9: 7 s of WALK and 4 s after it.
         let delay_s = on_recall.finish(30.0)[0].delay_s();
         assert_eq!(delay_s, Some((10.0_f64.powi(2) + 9.0_f64.powi(2)) / 60.0));
+        // Without any walk nobody is served, however long the episode.
+        for recalls in [true, false] {
+            let closed = Pedestrians { recalls, ..Pedestrians::of(&[&[3.0]]) }.finish(300.0)[0];
+            assert_eq!((closed.unserved, closed.delay_s()), (1, None));
+        }
     }
 }

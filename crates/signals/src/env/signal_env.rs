@@ -626,7 +626,7 @@ impl<S: Sim> SignalEnv<S> {
         for (info, of_signal) in self.scene.signals.iter().zip(&mut self.pedestrians) {
             let own = of_signal.iter_mut().flat_map(|own| own.finish(self.time_s));
             for ((edge, _), own) in approach_edges(&self.scene, info).into_iter().zip(own) {
-                people.add(own);
+                people += own;
                 if let Some(by_movement) = &mut self.by_movement {
                     by_movement.cross(&info.id, edge, own);
                 }
@@ -648,7 +648,7 @@ impl<S: Sim> SignalEnv<S> {
             movements,
             streets: self.along.take().map(Along::finish).unwrap_or_default(),
             pedestrians: pushes.then_some(people.count),
-            pedestrian_delay_s: people.delay_s(),
+            people,
             queue_veh: self.metrics.queue_veh / f64::from(self.decisions.max(1)),
             rings: self.ring_greens.clone(),
             lane_flow_vph: flows.collect(),

@@ -158,12 +158,11 @@ pub fn greens(program: &SignalProgram) -> Vec<Green> {
     let mut greens: Vec<Green> = starts.iter().map(|i| green(&phases[*i])).collect();
     for (k, start) in starts.iter().enumerate() {
         let next = starts[(k + 1) % starts.len()];
-        let mut i = (start + 1) % phases.len();
-        while i != next && i != *start {
+        let steps = (next + phases.len() - start - 1) % phases.len();
+        for i in (1..=steps).map(|step| (start + step) % phases.len()) {
             let is_yellow = phases[i].state.contains(['y', 'Y', 'u']);
             let time_s = if is_yellow { &mut greens[k].yellow_s } else { &mut greens[k].all_red_s };
             *time_s += phases[i].duration_s;
-            i = (i + 1) % phases.len();
         }
     }
     greens

@@ -10,7 +10,7 @@
 use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 
-use super::{CROSSING_DEG, Timing, Way, is_green, whole};
+use super::{CROSSING_DEG, Timing, Way, beside, is_green};
 use crate::needs::{Need, least_greens_s};
 use crate::vocabulary::DEFAULT_LANE_WIDTH_M;
 
@@ -46,7 +46,7 @@ impl Timing {
 
     /// Returns the walk and clearance of the crosswalk of an approach, seconds.
     pub fn crossing_s(&self, approach: usize) -> u32 {
-        whole(f64::from(WALK_S) + self.crosswalk_m(approach) / WALKING_MPS)
+        beside(f64::from(WALK_S) + self.crosswalk_m(approach) / WALKING_MPS)[1]
     }
 
     /// Returns the length of the crosswalk of an approach, metres: what those clear, too, who cross the street.
@@ -88,16 +88,6 @@ impl Timing {
             && green.any(|(way, _)| way.turn != Turn::Right)
             && !self.is_met(self.moving(shown, moves), approach)
             && !self.is_left_only(shown)
-    }
-
-    /// Returns the ways whose letters say that vehicles move, with these.
-    fn moving<'a>(
-        &'a self,
-        shown: &'a str,
-        moves: fn(char) -> bool,
-    ) -> impl Iterator<Item = (&'a Way, char)> {
-        let letters = shown.chars().enumerate().filter(move |(_, letter)| moves(*letter));
-        letters.flat_map(|(index, letter)| self.ways(index).map(move |way| (way, letter)))
     }
 
     /// Whether vehicles on some ways are in the way of those who cross an approach.

@@ -108,11 +108,9 @@ impl<'a> Wired<'a> {
 
     fn phase(&self, index: usize, timing: &Timing) -> Phase {
         let phase = &self.plan.phases[index];
+        let change_s = phase.change_s();
         let change = match self.plan.control {
-            Control::Actuated => {
-                let change_s = phase.change_s();
-                Change::of(nearest_s(change_s.iter().sum()), change_s)
-            }
+            Control::Actuated => Change::of(nearest_s(change_s.iter().sum()), change_s),
             Control::Pretimed | Control::Coordinated => self.timed[index].change,
         };
         let crossings = self.crossings(index, timing);

@@ -58,7 +58,7 @@ impl DualRing {
                 max_green_s: phase.max_s,
                 yellow_s: phase.change.yellow_s,
                 all_red_s: phase.change.all_red_s,
-                exact_s: self.exact_s(phase).and_then(|exact_s| phase.change.unless_exact(exact_s)),
+                exact_s: self.exact_s(phase),
                 walk_s: people_s.map(|all_s| all_s.min(WALK_S)),
                 clearance_s: people_s.map(|all_s| all_s.saturating_sub(WALK_S)),
                 recall: phase.recall,
@@ -82,7 +82,8 @@ impl DualRing {
     /// Returns yellow and all-red of a phase for the cabinet; existing plans say it themselves.
     fn exact_s(&self, phase: &Phase) -> Option<[f64; 2]> {
         let [from, to] = [&phase.links, &self.links.set([])].map(|links| self.links.plain(links));
-        self.timing.exact_change_s(&from, &to).filter(|_| !self.plan.is_existing)
+        let exact_s = self.timing.exact_change_s(&from, &to).filter(|_| !self.plan.is_existing);
+        phase.change.unless_exact(exact_s?)
     }
 
     /// Returns the phases in words, as records keep them.
