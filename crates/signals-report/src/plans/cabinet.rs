@@ -238,7 +238,7 @@ fn walks(told: &Told, drawn: &DrawnIntersection, limits: &SignalSettings) -> Str
         let leg = |c: usize| {
             let own = phase.movements.iter().filter(|name| yields(name, c));
             let own: Vec<&str> = own.map(String::as_str).collect();
-            let note = format!(" ({} without an arrow: yields to people)", own.join(", "));
+            let note = format!(" (no arrow for {}: people go first)", own.join(", "));
             let leg = LEGS[(arms[c].bearing_deg / 45.0).round() as usize % LEGS.len()];
             format!("{leg}{}", if own.is_empty() { "" } else { &note })
         };
@@ -488,11 +488,11 @@ mod tests {
             is_alone: true,
         };
         let rings = told([(1, "WBL", ""), (2, "EBT EBR", ""), (8, "NBL NBR", "")], false);
-        let stem = "phase 8: east, west (NBL without an arrow: yields to people)";
+        let stem = "phase 8: east, west (no arrow for NBL: people go first)";
         assert_eq!(walks(&rings, &drawn, &limits), format!("phase 2: south; {stem}"));
         let stages =
             told([(1, "WBL WBT", ""), (2, "EBT EBR WBT", "WBL"), (8, "NBL NBR EBR", "")], true);
-        let stem = stem.replace("NBL without", "NBL, EBR without");
+        let stem = stem.replace("NBL", "NBL, EBR");
         assert_eq!(walks(&stages, &drawn, &limits), format!("phase 2: south; {stem}"));
     }
 
