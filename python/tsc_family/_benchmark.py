@@ -22,6 +22,9 @@ from ._place import Path as PathLike
 # What is enough to see that a policy works.
 _SMALL = {"eval_seeds": 2, "settings": {"demand.horizon_s": 300}}
 
+# Fewest point MDPs of a sample that give a policy a place, as in reports.
+_FEWEST = 10
+
 
 class Benchmark(Result):
     """What :func:`benchmark` found; it prints as a short table, and has all that a :class:`Result` has."""
@@ -42,9 +45,17 @@ class Benchmark(Result):
         low, high = number("overall_low"), number("overall_high")
         self.interval: tuple[float, float] | None = None if math.isnan(low) else (low, high)
         """95% interval of the score."""
-        self.sample = f"{len(identity['points'])} of {identity['sample']['family_size']} point MDPs, {identity['sample']['sampling']}"
+        points, family = len(identity["points"]), identity["sample"]["family_size"]
+        self.sample = f"{points} of {family} point MDPs, {identity['sample']['sampling']}"
         """Which point MDPs were evaluated."""
-        self.published, self._unlike = _published(identity)
+        if math.isnan(self.score):
+            raise Error(f"no task of {name} succeeded; {self.report()} has the reasons")
+        if math.isnan(number("rank")):
+            self.published, self._unlike = [], f"{name} lacks results on some point MDPs"
+        elif points < min(_FEWEST, family):
+            self.published, self._unlike = [], f"fewer than {_FEWEST} point MDPs say too little of the family; give budget=20"
+        else:
+            self.published, self._unlike = _published(identity)
         """The published rows of the same family, preset, settings and version: method, score, low, high."""
         self.ahead, self.behind, self.open = ([row["method"] for row in self.published if self._side(row) == s] for s in (1, -1, 0))
 
@@ -129,7 +140,8 @@ def benchmark(
     smoke = smoke or scenario == "smoke"
     if smoke:
         scenario, budget, options = "smoke", None, {**_SMALL, **options}
-    folder = Path("results") / f"benchmark-{name or _name(policy)}" if out is None else Path(fspath(out))
+    what = f"{name or _name(policy)}{'-smoke' if smoke else ''}"
+    folder = Path("results") / f"benchmark-{what}" if out is None else Path(fspath(out))
     called, controllers, models = _as_controllers(policy, name, folder, observation, reward)
     learns = not models and callable(getattr(next(iter(controllers.values())), "train", None))
     if smoke and learns:

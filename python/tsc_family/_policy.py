@@ -40,9 +40,13 @@ class _Acting(Controller):
     def _phase(self, obs: Observation, index: int, signal: Signal) -> int:
         seen = obs.idqn(index) if self.observation == "idqn" else obs.mplight(index)
         answer = self._ask(padded(np.asarray(seen, dtype=np.float32), self._shape))
-        phase = int(np.asarray(answer[0] if isinstance(answer, tuple) else answer).reshape(-1)[0])
-        # As in the environments: what is no phase keeps the one that is shown.
-        return phase if 0 <= phase < len(signal.phases) else int(obs.phase[index])
+        action = np.asarray(answer[0] if isinstance(answer, tuple) else answer).reshape(-1)
+        phases = len(signal.phases)
+        known = max(phases, getattr(getattr(self.policy, "action_space", None), "n", 0))
+        if action.size != 1 or action.dtype.kind not in "iu" or not 0 <= action[0] < known:
+            raise Error(f"predict returned {answer!r} for signal {signal.id}; a phase is a whole number from 0 to {phases - 1}")
+        # As in the environments: a padded action keeps the phase that is shown.
+        return int(action[0] if action[0] < phases else obs.phase[index])
 
 
 class Trained(_Acting):

@@ -369,7 +369,11 @@ fn obstacle(
     if contains && !grows(&there.sample) && !grows(&now.sample) {
         same.sample.clone_from(&there.sample);
         same.points.retain(|row| there.points.iter().any(|before| before.point == row.point));
-    } else if !contains && !grows(&now.sample) && now.points.len() > there.points.len() {
+    } else if !contains
+        && !grows(&now.sample)
+        && now.scenario == there.scenario
+        && now.points.len() > there.points.len()
+    {
         return Some(format!(
             "the sample of {} point MDPs does not contain all {} of the one there; a sample by Bayesian quadrature \
              (--assist) and --budget all do",
