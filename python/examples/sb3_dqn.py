@@ -1,6 +1,6 @@
 """A DQN of Stable-Baselines3, trained on every point MDP and ranked beside tsc-family's methods.
 
-``pip install 'tsc-family[sumo]' stable-baselines3``, then ``python sb3_dqn.py [SCENARIO] [BUDGET] [EPISODES]``.
+In a clone ``pip install './python[sumo,gymnasium]' stable-baselines3``, then ``python sb3_dqn.py [SCENARIO] [BUDGET] [EPISODES]``.
 """
 
 import sys
