@@ -268,7 +268,8 @@ fn printed_plans_hold_walks_and_clearances_and_what_is_not_legal_is_said() {
     };
     assert_eq!(checks(&sheet), ["existing", "retime"], "the others keep to the limits");
     let page = folder.read("r/report/intersections/i0001.html");
-    assert!(page.contains("yellow at 45 mph") && page.contains("NB not served"), "{page}");
+    assert!(page.contains("phase 1, 5: yellow at 45 mph"), "{page}");
+    assert!(page.contains("NB not served"), "{page}");
     for row in folder.rows("r/report/signals.csv") {
         assert_eq!(number(&row, "plan_findings") > 0.0, checks(&sheet).contains(&row["method"]));
     }

@@ -203,6 +203,19 @@ pub(crate) fn checks(seen: Seen<'_>, told: &Told) -> Vec<String> {
     Placed::new(&plan, drawn, &limits).findings().into_iter().map(said).collect()
 }
 
+/// Returns [`checks`] in one line, each with all phases that it is of.
+pub(crate) fn in_words(checks: &[String]) -> String {
+    let mut all: Vec<(&str, String)> = Vec::new();
+    for (phase, what) in checks.iter().filter_map(|check| check.split_once(": ")) {
+        match all.iter_mut().find(|(other, _)| *other == what) {
+            Some((_, phases)) => phases.push_str(&phase.replacen("phase", ",", 1)),
+            None => all.push((what, phase.to_owned())),
+        }
+    }
+    let said = all.iter().map(|(what, phases)| format!("{phases}: {what}"));
+    said.collect::<Vec<_>>().join("; ")
+}
+
 /// Does something with the plan that a signal has today at every point MDP where it is known.
 fn each<T>(seen: Seen<'_>, of: impl Fn(usize, &Placed<'_>) -> T) -> Vec<T> {
     let identity = &seen.data.manifest.identity;

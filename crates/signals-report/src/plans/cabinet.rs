@@ -21,7 +21,7 @@ use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 
 use super::told::{Told, best_of_all_signals, of_task};
-use crate::audit::checks;
+use crate::audit::{checks, in_words};
 use crate::shown::Seen;
 use basics::files::{FileError, write_atomically};
 use evaluation::family::names::safe_id;
@@ -365,7 +365,7 @@ pub(crate) fn plan(seen: Seen<'_>, told: &Told) -> Value {
         simulated => simulated(&told.plan),
         walks => drawn.zip(limits.as_ref()).map(|(drawn, limits)| walks(told, drawn, limits)),
         is_stages => told.is_stages,
-        checks => checks(seen, told).join("; "),
+        checks => in_words(&checks(seen, told)),
         hides_walk => hides_walk(&told.plan),
     }
 }
