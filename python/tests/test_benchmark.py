@@ -7,11 +7,14 @@ import math
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import tsc_family as tf
 from tsc_family._benchmark import Benchmark, _published
+from tsc_family._policy import Trained
 
 SCRIPT = """
 import numpy as np, tsc_family as tf
@@ -57,6 +60,21 @@ def test_an_object_a_function_and_a_controller_that_do_the_same_score_the_same(t
 def test_what_is_no_policy_is_said(tmp_path, policy, words):
     with pytest.raises(tf.Error, match=words):
         tf.benchmark(policy, "smoke", out=tmp_path / "out")
+
+
+@pytest.mark.parametrize("answer", [99, -1, 0.7, None, [0, 1]])
+def test_an_answer_that_is_no_phase_is_refused(answer):
+    def act(answer, **known):
+        policy = Trained.__new__(Trained)
+        policy.observation, policy.policy = "idqn", SimpleNamespace(predict=lambda seen: answer, **known)
+        policy.begin([SimpleNamespace(id="c", phases=[0, 1])])
+        return policy.act(SimpleNamespace(idqn=lambda index: np.zeros((2, 5)), phase=[1]))
+
+    with pytest.raises(tf.Error, match="for signal c; a phase is a whole number from 0 to 1"):
+        act(answer)
+    assert act((np.array(0), None)) == [0]
+    # Of a policy that was trained with padded spaces a padded action keeps the phase.
+    assert act(3, action_space=SimpleNamespace(n=4)) == [1]
 
 
 PUBLISHED = Path(__file__).parents[2] / "data/published/salt-lake-city-resco.json"
