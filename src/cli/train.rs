@@ -18,11 +18,8 @@ use crate::traffic::control::{mplight, mplight_star};
 /// Methods whose network serves signals of any layout.
 const SHARED: [&str; 2] = [mplight::METHOD.name, mplight_star::METHOD.name];
 
-/// Unless --set says otherwise: how policies are judged, each time on every point MDP; and a memory of many rounds, where RESCO's
-/// 10,000 transitions are 28 episodes.
-const DEFAULTS: [&str; 7] = [
-    "mplight.buffer_size=100000",
-    "mplight_star.buffer_size=100000",
+/// How policies are judged, unless --set says otherwise: each time on every point MDP.
+const DEFAULTS: [&str; 5] = [
     "training.validation_start=40",
     "training.validation_interval=40",
     "training.validation_seeds=1",
